@@ -1,0 +1,11 @@
+// The version of the library, the same that CMake's package file states.
+#pragma once
+
+#include <string_view>
+
+namespace patchwright::base {
+
+/// "major.minor.patch"
+std::string_view version();
+
+}  // namespace patchwright::base

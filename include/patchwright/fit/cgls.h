@@ -1,0 +1,48 @@
+// Conjugate gradients for linear least squares, three right-hand sides in one sweep.
+#pragma once
+
+#include <patchwright/base/progress.h>
+#include <patchwright/geom/types.h>
+
+#include <vector>
+
+namespace patchwright::fit {
+
+/// A matrix that is known by its products only.
+class LinearOperator {
+  public:
+    virtual ~LinearOperator() = default;
+    [[nodiscard]] virtual Eigen::Index rows() const = 0;
+    [[nodiscard]] virtual Eigen::Index columns() const = 0;
+    /// y = A x; y is resized to rows() x 3.
+    virtual void apply(const geom::Points& x, geom::Points& y) const = 0;
+    /// x = A^T y; x is resized to columns() x 3.
+    virtual void apply_transposed(const geom::Points& y, geom::Points& x) const = 0;
+};
+
+struct CglsOptions {
+    int max_iterations = 100;          ///< K
+    double relative_residual = 1e-10;  ///< stop at |A^T r| <= this * |A^T r| of the start, by column
+    base::Progress progress;
+};
+
+enum class CglsStop { Converged, MaxIterations };
+
+struct CglsResult {
+    geom::Points x;
+    int iterations = 0;
+    double residual = 0.0;         ///< |b - A x|, Frobenius
+    double normal_residual = 0.0;  ///< |A^T (b - A x)|, Frobenius
+    CglsStop stop = CglsStop::Converged;
+};
+
+/// Least-squares solution of A x = b for three coordinates at once, without forming A^T A. Each
+/// coordinate has its own step lengths, so the answer is that of three separate solves.
+/// Source: Saad, Iterative Methods for Sparse Linear Systems (2003), 8.3 (CGNR).
+/// @pre   b.rows() == a.rows(), start.rows() == a.columns()
+/// @throw InvalidArgument when a precondition fails or an option is out of range
+/// Not converging is an answer, not an error: see CglsResult::stop.
+CglsResult solve_cgls(const LinearOperator& a, const geom::Points& b, const geom::Points& start,
+                      const CglsOptions& options = {});
+
+}  // namespace patchwright::fit

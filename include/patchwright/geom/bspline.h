@@ -1,0 +1,53 @@
+// Bicubic B-spline surfaces and cubic B-spline curves as plain data, with evaluation.
+#pragma once
+
+#include <patchwright/geom/types.h>
+
+#include <vector>
+
+namespace patchwright::geom {
+
+/// Clamped cubic B-spline curve.
+struct BsplineCurve {
+    std::vector<double> knots;  ///< n + 4 values, non-decreasing, first and last four equal
+    Points points;              ///< n x 3 control points
+
+    [[nodiscard]] double begin() const { return knots.front(); }
+    [[nodiscard]] double end() const { return knots.back(); }
+    /// @pre begin() <= t <= end()
+    [[nodiscard]] Vec3 at(double t) const;
+};
+
+/// Clamped tensor-product bicubic B-spline surface.
+struct BsplineSurface {
+    std::vector<double> knots_u;  ///< rows + 4 values
+    std::vector<double> knots_v;  ///< columns + 4 values
+    /// rows * columns control points; (i, j) is row i * columns() + j; i runs along u
+    Points points;
+
+    struct Evaluation {
+        Vec3 position, du, dv;
+    };
+
+    [[nodiscard]] Eigen::Index rows() const { return Eigen::Index(knots_u.size()) - 4; }
+    [[nodiscard]] Eigen::Index columns() const { return Eigen::Index(knots_v.size()) - 4; }
+    [[nodiscard]] auto point(Eigen::Index i, Eigen::Index j) { return points.row(i * columns() + j); }
+    [[nodiscard]] auto point(Eigen::Index i, Eigen::Index j) const {
+        return points.row(i * columns() + j);
+    }
+    /// @pre (u, v) lies within the knots' ranges
+    [[nodiscard]] Evaluation at(double u, double v) const;
+};
+
+/// The four cubic basis functions that are non-zero at `t`, with derivatives.
+struct BasisSpan {
+    Eigen::Index first;  ///< index of the first of the four control points
+    double value[4];
+    double derivative[4];
+};
+
+/// Source: Piegl, Tiller, The NURBS Book (1997), A2.1 and A2.3.
+/// @pre knots as in BsplineCurve, t within their range (the end belongs to the last span)
+BasisSpan cubic_basis(const std::vector<double>& knots, double t);
+
+}  // namespace patchwright::geom

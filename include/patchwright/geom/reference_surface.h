@@ -1,0 +1,51 @@
+// What a fit needs to know of the shape it approximates: nearest points on it and on its features.
+#pragma once
+
+#include <patchwright/geom/types.h>
+
+#include <optional>
+#include <vector>
+
+namespace patchwright::geom {
+
+/// Nearest point of a surface to a query point.
+struct FootPoint {
+    Vec3 point = Vec3::Zero();
+    Vec3 normal = Vec3::Zero();  ///< unit, outward; zero where the surface has none (degenerate point)
+    double distance = 0.0;       ///< |query - point|, >= 0
+    int face = -1;               ///< face of the model the point lies on
+};
+
+/// Nearest point of a feature curve or corner.
+struct FeaturePoint {
+    Vec3 point = Vec3::Zero();
+    double distance = 0.0;  ///< |query - point|, >= 0
+    int feature = -1;       ///< which curve or corner of the model
+};
+
+enum class FeatureKind {
+    Sharp,  ///< curve where two faces meet at an angle
+    Free,   ///< curve where the surface ends
+    Corner  ///< point where features meet or end at an angle
+};
+
+/// A shape to be approximated. All functions are const, thread-safe and deterministic.
+class ReferenceSurface {
+  public:
+    virtual ~ReferenceSurface() = default;
+
+    [[nodiscard]] virtual Box3 bounds() const = 0;
+
+    /// Nearest point of the (trimmed) surface. With `side` given, points whose normal n has
+    /// n . side > 0 are preferred over nearer ones that face away, as thin parts need; where no such
+    /// point is near, the answer is the plain nearest point.
+    /// @pre `side`, when given, is a unit vector
+    [[nodiscard]] virtual FootPoint foot_point(
+        const Vec3& query, const std::optional<Vec3>& side = std::nullopt) const = 0;
+
+    /// Nearest point among the features of one kind; empty when the shape has none.
+    [[nodiscard]] virtual std::optional<FeaturePoint> feature_point(const Vec3& query,
+                                                                    FeatureKind kind) const = 0;
+};
+
+}  // namespace patchwright::geom

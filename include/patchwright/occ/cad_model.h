@@ -1,0 +1,76 @@
+// CAD models: an opaque handle to a kernel shape, and the files it comes from and goes to.
+#pragma once
+
+#include <patchwright/base/progress.h>
+#include <patchwright/base/units.h>
+#include <patchwright/geom/types.h>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace patchwright::occ {
+
+enum class FileFormat { Step, Iges, Brep };
+
+/// By extension: .step .stp, .igs .iges, .brep .brp (any case).
+/// @throw InputError when the extension is none of these
+FileFormat file_format(const std::filesystem::path& path);
+
+/// A shape of the CAD kernel in millimetres, with where it came from. Cheap to copy; immutable.
+class CadModel {
+  public:
+    struct Impl;  ///< defined in src/occ only
+    explicit CadModel(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
+    [[nodiscard]] const Impl& impl() const { return *impl_; }
+
+  private:
+    std::shared_ptr<const Impl> impl_;
+};
+
+/// What reading changed or noticed; empty vectors and zeros for a clean file.
+struct ReadReport {
+    FileFormat format = FileFormat::Step;
+    std::string schema;                                         ///< "AP214", "IGES 5.3", ...; may be empty
+    std::string originating_system;                             ///< as the file says; may be empty
+    base::LengthUnit unit = base::LengthUnit::Millimetre;       ///< of the file, or the override
+    int faces_in_file = 0;
+    int free_edges_before = 0;      ///< edges used by one face only, as read
+    int free_edges_after = 0;       ///< after sewing
+    double largest_gap_mm = 0.0;    ///< largest gap that sewing closed
+    double sewing_tolerance_mm = 0.0;  ///< 0: nothing was sewn
+    std::vector<std::string> notices;  ///< one line each, for the user
+};
+
+struct ReadOptions {
+    std::optional<base::LengthUnit> unit;  ///< overrides what the file says
+    bool heal = true;                      ///< sew loose faces, orient shells; false: as is
+    /// Upper bound for the sewing tolerance as a fraction of the diagonal. Gaps up to it are closed.
+    double max_sewing_tolerance_rel = 1e-3;
+    base::Progress progress;
+};
+
+struct ReadResult {
+    CadModel model;
+    ReadReport report;
+};
+
+/// Reads STEP (AP203, AP214, AP242), IGES 5.x or BREP. Closed shells become solids, outward oriented.
+/// @throw InputError when the file is missing, not of its format, truncated, or holds no faces
+ReadResult read_cad(const std::filesystem::path& path, const ReadOptions& options = {});
+
+enum class StepSchema { Ap203, Ap214, Ap242 };
+
+struct WriteOptions {
+    base::LengthUnit unit = base::LengthUnit::Millimetre;
+    StepSchema schema = StepSchema::Ap214;
+};
+
+/// Writes the format of the extension, atomically; two calls with one model give identical bytes.
+/// @throw OutputError when the kernel or the file system refuses; an older file stays as it was
+void write_cad(const CadModel& model, const std::filesystem::path& path,
+               const WriteOptions& options = {});
+
+}  // namespace patchwright::occ

@@ -1,0 +1,87 @@
+// The neighbourhood of a face that determines its limit surface, up to the numbering of vertices.
+#pragma once
+
+#include <patchwright/mesh/topology.h>
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace patchwright::subd {
+
+class RingKind;
+
+/// A face with all faces around its vertices: its kind and which vertex fills each of the kind's slots.
+/// The first slots are the face's own vertices in order; a vertex may fill several slots.
+struct Ring {
+    const RingKind* kind = nullptr;
+    std::vector<std::int32_t> vertices;  ///< kind->slots() entries
+};
+
+/// Everything about a neighbourhood that does not depend on positions: sizes of the faces, valences,
+/// sharpnesses, boundary. Computed once a kind; a mesh of a million faces has a few dozen.
+class RingKind {
+  public:
+    struct Child {
+        const RingKind* kind;
+        Eigen::MatrixXd matrix;  ///< child's slots x this kind's slots
+    };
+
+    [[nodiscard]] int slots() const { return local_->vertex_count(); }
+    /// Number of the face's own vertices, and of its children.
+    [[nodiscard]] int size() const { return local_->size(mesh::FaceId{0}); }
+
+    /// Whether the limit surface over the face is one bicubic polynomial.
+    [[nodiscard]] bool is_regular() const { return regular_.rows() > 0; }
+    /// @pre is_regular()
+    /// 16 x slots(): the uniform bicubic B-spline control points (a, b) in row 4 a + b, a along u;
+    /// beyond creases and boundaries they are mirrored.
+    [[nodiscard]] const Eigen::MatrixXd& regular() const { return regular_; }
+
+    /// The neighbourhood of child `i` after one subdivision step (see Refinement for the order).
+    [[nodiscard]] const Child& child(int i) const;
+
+    /// Coefficients of the limit position of the face's own vertex `i`: 1 x slots().
+    [[nodiscard]] const Eigen::RowVectorXd& corner_limit(int i) const;
+
+    /// The neighbourhood as a mesh of its own; the face is number 0, slots are vertices. Tags are
+    /// complete for the edges and vertices that act on the face only.
+    [[nodiscard]] const mesh::Topology& local() const { return *local_; }
+
+  private:
+    friend class RingTable;
+    RingKind(class RingTable& table, std::shared_ptr<const mesh::Topology> local);
+
+    RingTable& table_;
+    std::shared_ptr<const mesh::Topology> local_;
+    Eigen::MatrixXd regular_;
+    mutable std::vector<Child> children_;
+    mutable std::vector<Eigen::RowVectorXd> corner_limits_;
+};
+
+/// All kinds met so far. Thread-safe; kinds live as long as their table.
+class RingTable {
+  public:
+    RingTable();
+    ~RingTable();
+    RingTable(const RingTable&) = delete;
+    RingTable& operator=(const RingTable&) = delete;
+
+    /// The neighbourhood of face `f`.
+    [[nodiscard]] Ring ring(const mesh::Topology& topology, mesh::FaceId f);
+
+    [[nodiscard]] int kind_count() const;
+
+  private:
+    friend class RingKind;
+    mutable std::recursive_mutex mutex_;
+    std::unordered_map<std::string, std::unique_ptr<RingKind>> kinds_;
+};
+
+}  // namespace patchwright::subd

@@ -1,0 +1,36 @@
+// Sparse rows of coefficients over control points: subdivision matrices and masks.
+#pragma once
+
+#include <patchwright/geom/types.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace patchwright::subd {
+
+/// A sparse matrix in compressed rows; row i makes the i-th fine point from the coarse points.
+struct Stencils {
+    int columns = 0;
+    std::vector<std::int64_t> begin{0};  ///< rows + 1
+    std::vector<std::int32_t> index;     ///< coarse vertex of each entry; unique within a row
+    std::vector<double> weight;
+
+    [[nodiscard]] int rows() const { return static_cast<int>(begin.size()) - 1; }
+    /// @pre coarse.rows() == columns
+    [[nodiscard]] geom::Points apply(const geom::Points& coarse) const;
+};
+
+/// One row under construction; adding to an index twice sums up.
+class StencilRow {
+  public:
+    void add(std::int32_t index, double weight);
+    /// this += factor * other
+    void add(const StencilRow& other, double factor);
+    /// Appends the row to the matrix and empties it.
+    void flush(Stencils& to);
+
+  private:
+    std::vector<std::pair<std::int32_t, double>> entries_;
+};
+
+}  // namespace patchwright::subd

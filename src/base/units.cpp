@@ -1,0 +1,58 @@
+#include <patchwright/base/error.h>
+#include <patchwright/base/units.h>
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+
+namespace patchwright::base {
+
+namespace {
+
+struct UnitRow {
+    LengthUnit unit;
+    std::string_view name;
+    double millimetres;
+};
+
+constexpr std::array<UnitRow, 5> unit_table{{{LengthUnit::Millimetre, "mm", 1.0},
+                                             {LengthUnit::Centimetre, "cm", 10.0},
+                                             {LengthUnit::Metre, "m", 1000.0},
+                                             {LengthUnit::Inch, "in", 25.4},
+                                             {LengthUnit::Foot, "ft", 304.8}}};
+
+const UnitRow& row_of(LengthUnit unit) { return unit_table[static_cast<std::size_t>(unit)]; }
+
+}  // namespace
+
+double millimetres_per(LengthUnit unit) { return row_of(unit).millimetres; }
+
+std::string_view short_name(LengthUnit unit) { return row_of(unit).name; }
+
+LengthUnit parse_length_unit(std::string_view text) {
+    for (const UnitRow& row : unit_table) {
+        if (row.name == text) return row.unit;
+    }
+    throw InvalidArgument(fmt::format("'{}' is no length unit; use mm, cm, m, in or ft", text));
+}
+
+double Length::in_millimetres(double diagonal_mm) const {
+    return value * (unit ? millimetres_per(*unit) : diagonal_mm);
+}
+
+Length parse_length(std::string_view text) {
+    Length length;
+    const auto [rest, error] =
+        std::from_chars(text.data(), text.data() + text.size(), length.value);
+    if (error != std::errc{} || !std::isfinite(length.value) || length.value <= 0.0) {
+        throw InvalidArgument(fmt::format(
+            "'{}' is no length; use a positive number with a unit, such as 0.05mm or 1e-4rel", text));
+    }
+    const std::string_view unit = text.substr(static_cast<std::size_t>(rest - text.data()));
+    if (unit != "rel") length.unit = parse_length_unit(unit);
+    return length;
+}
+
+}  // namespace patchwright::base

@@ -1,0 +1,66 @@
+#include <patchwright/geom/bspline.h>
+
+#include <algorithm>
+
+namespace patchwright::geom {
+
+BasisSpan cubic_basis(const std::vector<double>& knots, double t) {
+    const auto last = knots.end() - 4;
+    const auto upper = std::min(std::upper_bound(knots.begin() + 4, last, t), last);
+    const auto span = upper - knots.begin() - 1;
+    const double* k = knots.data() + span;
+
+    BasisSpan basis{};
+    basis.first = span - 3;
+    double left[4];
+    double right[4];
+    double quadratic[3];
+    double* n = basis.value;
+    n[0] = 1.0;
+    for (int degree = 1; degree <= 3; ++degree) {
+        if (degree == 3) std::copy(n, n + 3, quadratic);
+        left[degree] = t - k[1 - degree];
+        right[degree] = k[degree] - t;
+        double saved = 0.0;
+        for (int r = 0; r < degree; ++r) {
+            const double part = n[r] / (right[r + 1] + left[degree - r]);
+            n[r] = saved + right[r + 1] * part;
+            saved = left[degree - r] * part;
+        }
+        n[degree] = saved;
+    }
+    for (int r = 0; r < 4; ++r) {
+        const double rising = r > 0 ? quadratic[r - 1] / (k[r] - k[r - 3]) : 0.0;
+        const double falling = r < 3 ? quadratic[r] / (k[r + 1] - k[r - 2]) : 0.0;
+        basis.derivative[r] = 3.0 * (rising - falling);
+    }
+    return basis;
+}
+
+Vec3 BsplineCurve::at(double t) const {
+    const BasisSpan b = cubic_basis(knots, t);
+    Vec3 p = Vec3::Zero();
+    for (int i = 0; i < 4; ++i) p += b.value[i] * points.row(b.first + i).transpose();
+    return p;
+}
+
+BsplineSurface::Evaluation BsplineSurface::at(double u, double v) const {
+    const BasisSpan bu = cubic_basis(knots_u, u);
+    const BasisSpan bv = cubic_basis(knots_v, v);
+    Evaluation e{Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
+    for (int i = 0; i < 4; ++i) {
+        Vec3 row = Vec3::Zero();
+        Vec3 row_dv = Vec3::Zero();
+        for (int j = 0; j < 4; ++j) {
+            const Vec3 p = point(bu.first + i, bv.first + j).transpose();
+            row += bv.value[j] * p;
+            row_dv += bv.derivative[j] * p;
+        }
+        e.position += bu.value[i] * row;
+        e.du += bu.derivative[i] * row;
+        e.dv += bu.value[i] * row_dv;
+    }
+    return e;
+}
+
+}  // namespace patchwright::geom

@@ -1,0 +1,249 @@
+#include <patchwright/base/error.h>
+#include <patchwright/mesh/obj.h>
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <optional>
+
+namespace patchwright::mesh {
+
+namespace {
+
+std::vector<std::string_view> words_of(std::string_view line) {
+    std::vector<std::string_view> words;
+    std::size_t at = 0;
+    while ((at = line.find_first_not_of(" \t\r", at)) != std::string_view::npos) {
+        const std::size_t end = std::min(line.find_first_of(" \t\r", at), line.size());
+        words.push_back(line.substr(at, end - at));
+        at = end;
+    }
+    return words;
+}
+
+class ObjParser {
+  public:
+    ObjParser(std::istream& stream, const std::string& source) : stream_(stream), source_(source) {}
+
+    BuildResult parse() {
+        std::string line;
+        while (std::getline(stream_, line)) {
+            ++line_number_;
+            while (line.ends_with('\\')) continue_line(line);
+            statement(line);
+        }
+        if (!stream_.eof()) fail("cannot be read to its end");
+        input_.vertex_count = static_cast<int>(coordinates_.size() / 3);
+        if (input_.vertex_count == 0) throw base::InputError(source_ + ": holds no vertices");
+        if (input_.group_names.empty()) input_.face_group.clear();
+        geom::Points points = Eigen::Map<const geom::Points>(coordinates_.data(), input_.vertex_count, 3);
+        return build_cage(std::move(input_), std::move(points), source_);
+    }
+
+  private:
+    template <class... Args>
+    [[noreturn]] void fail(fmt::format_string<Args...> format, Args&&... args) const {
+        throw base::InputError(fmt::format("{}: line {}: {}", source_, line_number_,
+                                           fmt::format(format, std::forward<Args>(args)...)));
+    }
+
+    void continue_line(std::string& line) {
+        line.pop_back();
+        std::string more;
+        if (!std::getline(stream_, more)) return;
+        ++line_number_;
+        line += ' ' + more;
+    }
+
+    void statement(std::string_view line) {
+        const auto words = words_of(line);
+        if (words.empty()) return;
+        const std::string_view keyword = words[0];
+        if (keyword == "v") {
+            vertex(words);
+        } else if (keyword == "f") {
+            face(words);
+        } else if (keyword == "g" || keyword == "o") {
+            group(line, words);
+        } else if (keyword == "t") {
+            tag(words);
+        } else if (keyword == "#patchwright" && words.size() >= 2 && words[1] == "pin") {
+            for (std::size_t i = 2; i < words.size(); ++i) input_.pins.push_back(integer(words[i]));
+        }
+    }
+
+    template <class Number>
+    std::optional<Number> number(std::string_view word) const {
+        if (word.starts_with('+')) word.remove_prefix(1);
+        Number value{};
+        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+        if (error != std::errc{} || end != word.data() + word.size()) return std::nullopt;
+        return value;
+    }
+
+    int integer(std::string_view word) const {
+        if (const auto value = number<int>(word)) return *value;
+        fail("'{}' is not an integer", word);
+    }
+
+    double real(std::string_view word) const {
+        if (const auto value = number<double>(word)) return *value;
+        fail("'{}' is not a number", word);
+    }
+
+    void vertex(const std::vector<std::string_view>& words) {
+        if (words.size() < 4) fail("a vertex needs three coordinates");
+        for (std::size_t i = 1; i <= 3; ++i) {
+            const double value = real(words[i]);
+            if (!std::isfinite(value)) {
+                fail("vertex {} has the coordinate '{}', which is not finite", coordinates_.size() / 3,
+                     words[i]);
+            }
+            coordinates_.push_back(value);
+        }
+    }
+
+    void face(const std::vector<std::string_view>& words) {
+        const int known = static_cast<int>(coordinates_.size() / 3);
+        for (std::size_t i = 1; i < words.size(); ++i) {
+            const int index = integer(words[i].substr(0, words[i].find('/')));
+            const int v = index < 0 ? known + index : index - 1;
+            if (v < 0 || v >= known) {
+                fail("face {} names vertex {}, but {} vertices stand before it",
+                     input_.face_sizes.size(), index, known);
+            }
+            input_.face_vertices.push_back(v);
+        }
+        if (words.size() < 4) {
+            fail("face {} has {} vertices; at least 3 are needed", input_.face_sizes.size(),
+                 words.size() - 1);
+        }
+        input_.face_sizes.push_back(static_cast<int>(words.size()) - 1);
+        input_.face_group.push_back(group_);
+    }
+
+    void group(std::string_view line, const std::vector<std::string_view>& words) {
+        if (words.size() < 2) {
+            group_ = -1;
+            return;
+        }
+        const auto begin = static_cast<std::size_t>(words[1].data() - line.data());
+        const auto end = static_cast<std::size_t>(words.back().data() - line.data()) + words.back().size();
+        const std::string name(line.substr(begin, end - begin));
+        const auto [entry, added] =
+            group_numbers_.try_emplace(name, static_cast<int>(input_.group_names.size()));
+        if (added) input_.group_names.push_back(name);
+        group_ = entry->second;
+    }
+
+    void tag(const std::vector<std::string_view>& words) {
+        if (words.size() < 3) fail("a tag needs a name and its argument counts");
+        const std::string_view counts = words[2];
+        const std::size_t first = counts.find('/');
+        const std::size_t second = counts.find('/', first + 1);
+        if (first == std::string_view::npos || second == std::string_view::npos) {
+            fail("'{}' are no argument counts such as 2/1/0", counts);
+        }
+        const int integers = integer(counts.substr(0, first));
+        const int reals = integer(counts.substr(first + 1, second - first - 1));
+        if (integers < 0 || reals < 0 || words.size() < 3 + std::size_t(integers) + std::size_t(reals)) {
+            fail("tag '{}' has fewer arguments than {} says", words[1], counts);
+        }
+        std::vector<int> i;
+        std::vector<double> r;
+        for (int k = 0; k < integers; ++k) i.push_back(integer(words[std::size_t(3 + k)]));
+        for (int k = 0; k < reals; ++k) r.push_back(real(words[std::size_t(3 + integers + k)]));
+        apply_tag(words[1], i, r);
+    }
+
+    void apply_tag(std::string_view name, const std::vector<int>& i, const std::vector<double>& r) {
+        const auto sharpness = [&](std::size_t k, std::size_t elements) {
+            if (r.size() != 1 && r.size() != elements) {
+                fail("tag '{}' has {} sharpness values for {} elements", name, r.size(), elements);
+            }
+            return r.size() == 1 ? r[0] : r[k];
+        };
+        if (name == "crease") {
+            if (i.empty() || i.size() % 2 != 0) fail("a crease needs pairs of vertices");
+            for (std::size_t k = 0; 2 * k < i.size(); ++k) {
+                input_.creases.push_back({i[2 * k], i[2 * k + 1], sharpness(k, i.size() / 2)});
+            }
+        } else if (name == "corner") {
+            for (std::size_t k = 0; k < i.size(); ++k) {
+                input_.corners.push_back({i[k], sharpness(k, i.size())});
+            }
+        } else if (name == "interpolateboundary") {
+            if (i.size() != 1 || (i[0] != 1 && i[0] != 2)) {
+                fail("interpolateboundary must be 1 (edges) or 2 (edges and corners)");
+            }
+            input_.boundary_rule = static_cast<BoundaryRule>(i[0]);
+        }
+    }
+
+    std::istream& stream_;
+    const std::string& source_;
+    int line_number_ = 0;
+    int group_ = -1;
+    std::map<std::string, int> group_numbers_;
+    std::vector<double> coordinates_;
+    TopologyInput input_;
+};
+
+/// Infinite sharpness is written as the least value that reads as infinite.
+double written_sharpness(double sharpness) { return std::min(sharpness, sharpness_limit); }
+
+}  // namespace
+
+BuildResult read_obj(std::istream& stream, const std::string& source) {
+    return ObjParser(stream, source).parse();
+}
+
+BuildResult read_obj(const std::filesystem::path& path) {
+    if (std::filesystem::is_directory(path)) {
+        throw base::InputError(path.string() + ": is a folder; give an OBJ file");
+    }
+    std::ifstream stream(path, std::ios::binary);
+    if (!stream) throw base::InputError(path.string() + ": cannot be opened; does it exist?");
+    return read_obj(stream, path.string());
+}
+
+std::string obj_text(const Cage& cage) {
+    const Topology& topology = *cage.topology;
+    fmt::memory_buffer out;
+    const auto print = [&]<class... Args>(fmt::format_string<Args...> format, Args&&... args) {
+        fmt::format_to(std::back_inserter(out), format, std::forward<Args>(args)...);
+    };
+    for (Eigen::Index v = 0; v < cage.points.rows(); ++v) {
+        print("v {} {} {}\n", cage.points(v, 0), cage.points(v, 1), cage.points(v, 2));
+    }
+    int group = -1;
+    for (const FaceId f : topology.faces()) {
+        if (topology.group(f) != group) {
+            group = topology.group(f);
+            print("g{}{}\n", group >= 0 ? " " : "",
+                  group >= 0 ? topology.group_names()[std::size_t(group)] : "");
+        }
+        print("f");
+        for (const CornerId c : topology.corners(f)) print(" {}", topology.vertex(c).value + 1);
+        print("\n");
+    }
+    print("t interpolateboundary 1/0/0 {}\n", static_cast<int>(topology.boundary_rule()));
+    for (const EdgeId e : topology.edges()) {
+        if (topology.tagged_sharpness(e) > 0.0) {
+            print("t crease 2/1/0 {} {} {}\n", topology.start(e).value, topology.end(e).value,
+                  written_sharpness(topology.tagged_sharpness(e)));
+        }
+    }
+    for (const VertexId v : topology.vertices()) {
+        if (topology.tagged_sharpness(v) > 0.0) {
+            print("t corner 1/1/0 {} {}\n", v.value, written_sharpness(topology.tagged_sharpness(v)));
+        }
+        if (topology.is_pinned(v)) print("#patchwright pin {}\n", v.value);
+    }
+    return fmt::to_string(out);
+}
+
+}  // namespace patchwright::mesh

@@ -1,0 +1,134 @@
+#include <patchwright/mesh/topology.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace patchwright::mesh {
+
+namespace {
+
+double clamp_sharpness(double sharpness) {
+    return sharpness >= sharpness_limit ? infinite_sharpness : sharpness;
+}
+
+}  // namespace
+
+Topology::Topology(const TopologyInput& input)
+    : corner_vertex_(input.face_vertices.begin(), input.face_vertices.end()),
+      vertex_corner_(static_cast<std::size_t>(input.vertex_count), -1),
+      vertex_sharpness_(static_cast<std::size_t>(input.vertex_count), 0.0),
+      pinned_(static_cast<std::size_t>(input.vertex_count), 0),
+      face_group_(input.face_group.begin(), input.face_group.end()),
+      group_names_(input.group_names),
+      boundary_rule_(input.boundary_rule) {
+    face_begin_.reserve(input.face_sizes.size() + 1);
+    face_begin_.push_back(0);
+    for (const int size : input.face_sizes) {
+        face_begin_.push_back(face_begin_.back() + size);
+        all_quads_ = all_quads_ && size == 4;
+    }
+    corner_face_.resize(corner_vertex_.size());
+    for (const FaceId f : faces()) {
+        for (const CornerId c : corners(f)) corner_face_[c.index()] = f.value;
+    }
+    connect();
+
+    edge_sharpness_.assign(edge_corner_.size(), 0.0);
+    for (const EdgeTagInput& tag : input.creases) {
+        const CornerId first = corner(VertexId{tag.v0});
+        // Walk the half-edges around v0, both those that leave it and those that arrive.
+        for (CornerId c = first; c.valid();) {
+            if (vertex(next(c)).value == tag.v1) {
+                edge_sharpness_[edge(c).index()] = clamp_sharpness(tag.sharpness);
+            }
+            if (vertex(previous(c)).value == tag.v1) {
+                edge_sharpness_[edge(previous(c)).index()] = clamp_sharpness(tag.sharpness);
+            }
+            c = rotate(c);
+            if (c == first) break;
+        }
+    }
+    for (const VertexTagInput& tag : input.corners) {
+        vertex_sharpness_[static_cast<std::size_t>(tag.vertex)] = clamp_sharpness(tag.sharpness);
+    }
+    for (const int v : input.pins) pinned_[static_cast<std::size_t>(v)] = 1;
+}
+
+void Topology::connect() {
+    // Half-edges in buckets by their lower vertex; the two halves of an edge meet in one bucket.
+    const std::size_t corner_total = corner_vertex_.size();
+    std::vector<std::int32_t> bucket(vertex_corner_.size() + 1, 0);
+    const auto ends = [&](std::size_t c) {
+        const auto a = corner_vertex_[c];
+        const auto b = corner_vertex_[next(CornerId{static_cast<std::int32_t>(c)}).index()];
+        return std::pair{std::min(a, b), std::max(a, b)};
+    };
+    for (std::size_t c = 0; c < corner_total; ++c) ++bucket[std::size_t(ends(c).first) + 1];
+    std::partial_sum(bucket.begin(), bucket.end(), bucket.begin());
+    std::vector<std::int32_t> sorted(corner_total);
+    {
+        auto fill = bucket;
+        for (std::size_t c = 0; c < corner_total; ++c) {
+            sorted[std::size_t(fill[std::size_t(ends(c).first)]++)] = static_cast<std::int32_t>(c);
+        }
+    }
+    corner_twin_.assign(corner_total, -1);
+    for (std::size_t v = 0; v + 1 < bucket.size(); ++v) {
+        for (auto i = bucket[v]; i < bucket[v + 1]; ++i) {
+            const auto a = sorted[std::size_t(i)];
+            if (corner_twin_[std::size_t(a)] >= 0) continue;
+            for (auto j = i + 1; j < bucket[v + 1]; ++j) {
+                const auto b = sorted[std::size_t(j)];
+                if (corner_twin_[std::size_t(b)] < 0 &&
+                    ends(std::size_t(a)).second == ends(std::size_t(b)).second) {
+                    corner_twin_[std::size_t(a)] = b;
+                    corner_twin_[std::size_t(b)] = a;
+                    break;
+                }
+            }
+        }
+    }
+    // Edges in the order of their first corner; half-edges on the boundary take a vertex over.
+    corner_edge_.resize(corner_total);
+    for (std::size_t c = 0; c < corner_total; ++c) {
+        const auto twin = corner_twin_[c];
+        const bool first = twin < 0 || static_cast<std::size_t>(twin) > c;
+        corner_edge_[c] = first ? static_cast<std::int32_t>(edge_corner_.size())
+                                : corner_edge_[static_cast<std::size_t>(twin)];
+        if (first) edge_corner_.push_back(static_cast<std::int32_t>(c));
+        auto& leaving = vertex_corner_[static_cast<std::size_t>(corner_vertex_[c])];
+        if (leaving < 0 || twin < 0) leaving = static_cast<std::int32_t>(c);
+        closed_ = closed_ && twin >= 0;
+    }
+}
+
+CornerId Topology::next(CornerId c) const {
+    const auto range = corners(face(c));
+    const std::int32_t following = c.value + 1;
+    return following == range[range.size()].value ? range[0] : CornerId{following};
+}
+
+CornerId Topology::previous(CornerId c) const {
+    const auto range = corners(face(c));
+    return c == range[0] ? range[range.size() - 1] : CornerId{c.value - 1};
+}
+
+int Topology::face_valence(VertexId v) const {
+    const CornerId first = corner(v);
+    int count = 0;
+    CornerId c = first;
+    do {
+        ++count;
+        c = rotate(c);
+    } while (c.valid() && c != first);
+    return count;
+}
+
+double Topology::sharpness(VertexId v) const {
+    if (boundary_rule_ == BoundaryRule::EdgeAndCorner && is_boundary(v) && face_valence(v) == 1) {
+        return infinite_sharpness;
+    }
+    return vertex_sharpness_[v.index()];
+}
+
+}  // namespace patchwright::mesh

@@ -1,0 +1,196 @@
+#include <patchwright/subd/refine.h>
+
+#include <algorithm>
+
+namespace patchwright::subd {
+
+namespace {
+
+using mesh::CornerId;
+using mesh::EdgeId;
+using mesh::FaceId;
+using mesh::Topology;
+using mesh::VertexId;
+
+double child_sharpness(double parent) { return std::max(parent - 1.0, 0.0); }
+
+/// Which of a vertex's sharp edges act, at this level or at the next one.
+struct VertexFeatures {
+    double sharpness;
+    int sharp_edges;
+
+    [[nodiscard]] bool is_corner() const { return sharpness > 0.0 || sharp_edges > 2; }
+    [[nodiscard]] bool is_crease() const { return !is_corner() && sharp_edges == 2; }
+    [[nodiscard]] bool is_smooth() const { return !is_corner() && sharp_edges < 2; }
+    [[nodiscard]] bool same_rule(const VertexFeatures& other) const {
+        return is_corner() == other.is_corner() && is_crease() == other.is_crease();
+    }
+};
+
+class StencilBuilder {
+  public:
+    explicit StencilBuilder(const Topology& topology) : topology_(topology) {}
+
+    Stencils build() {
+        Stencils stencils;
+        stencils.columns = topology_.vertex_count();
+        const auto rows = std::size_t(topology_.vertex_count() + topology_.edge_count() +
+                                      topology_.face_count());
+        stencils.begin.reserve(rows + 1);
+        stencils.index.reserve(7 * rows);
+        stencils.weight.reserve(7 * rows);
+        for (const VertexId v : topology_.vertices()) {
+            vertex_point(v);
+            row_.flush(stencils);
+        }
+        for (const EdgeId e : topology_.edges()) {
+            edge_point(e);
+            row_.flush(stencils);
+        }
+        for (const FaceId f : topology_.faces()) {
+            add_face_point(f, 1.0);
+            row_.flush(stencils);
+        }
+        return stencils;
+    }
+
+  private:
+    void add_face_point(FaceId f, double weight) {
+        const auto corners = topology_.corners(f);
+        for (const CornerId c : corners) row_.add(topology_.vertex(c).value, weight / corners.size());
+    }
+
+    void edge_point(EdgeId e) {
+        const double sharp = std::min(topology_.sharpness(e), 1.0);
+        const double end_weight = 0.5 * sharp + 0.25 * (1.0 - sharp);
+        row_.add(topology_.start(e).value, end_weight);
+        row_.add(topology_.end(e).value, end_weight);
+        if (sharp < 1.0) {
+            const CornerId c = topology_.corner(e);
+            add_face_point(topology_.face(c), 0.25 * (1.0 - sharp));
+            add_face_point(topology_.face(topology_.twin(c)), 0.25 * (1.0 - sharp));
+        }
+    }
+
+    /// Calls `visit(edge, other end)` for every edge at the vertex.
+    template <class Visit>
+    void for_edges(VertexId v, Visit&& visit) const {
+        const CornerId first = topology_.corner(v);
+        for (CornerId c = first;;) {
+            visit(topology_.edge(c), topology_.vertex(topology_.next(c)));
+            const CornerId arriving = topology_.previous(c);
+            c = topology_.twin(arriving);
+            if (!c.valid()) {
+                visit(topology_.edge(arriving), topology_.vertex(arriving));
+                return;
+            }
+            if (c == first) return;
+        }
+    }
+
+    void vertex_point(VertexId v) {
+        VertexFeatures now{topology_.sharpness(v), 0};
+        VertexFeatures then{child_sharpness(now.sharpness), 0};
+        double ending_sum = 0.0;
+        int ending_count = 0;
+        const auto note_end = [&](double sharpness) {
+            if (sharpness > 0.0 && child_sharpness(sharpness) == 0.0) {
+                ending_sum += sharpness;
+                ++ending_count;
+            }
+        };
+        note_end(now.sharpness);
+        for_edges(v, [&](EdgeId e, VertexId) {
+            const double s = topology_.sharpness(e);
+            if (s > 0.0) ++now.sharp_edges;
+            if (child_sharpness(s) > 0.0) ++then.sharp_edges;
+            note_end(s);
+        });
+        if (now.same_rule(then)) {
+            add_vertex_mask(v, now, 0.0, 1.0);
+            return;
+        }
+        const double weight = std::min(ending_sum / ending_count, 1.0);
+        add_vertex_mask(v, now, 0.0, weight);
+        if (weight < 1.0) add_vertex_mask(v, then, 1.0, 1.0 - weight);
+    }
+
+    /// @param beyond  edges of at most this sharpness count as smooth
+    void add_vertex_mask(VertexId v, const VertexFeatures& features, double beyond, double weight) {
+        if (features.is_corner()) {
+            row_.add(v.value, weight);
+        } else if (features.is_crease()) {
+            row_.add(v.value, 0.75 * weight);
+            for_edges(v, [&](EdgeId e, VertexId other) {
+                if (topology_.sharpness(e) > beyond) row_.add(other.value, 0.125 * weight);
+            });
+        } else {
+            const int n = topology_.valence(v);
+            row_.add(v.value, weight * (n - 2.0) / n);
+            for_edges(v, [&](EdgeId, VertexId other) { row_.add(other.value, weight / (n * n)); });
+            const CornerId first = topology_.corner(v);
+            CornerId c = first;
+            do {
+                add_face_point(topology_.face(c), weight / (n * n));
+                c = topology_.rotate(c);
+            } while (c != first);
+        }
+    }
+
+    const Topology& topology_;
+    StencilRow row_;
+};
+
+mesh::TopologyInput refined_input(const Topology& t) {
+    mesh::TopologyInput fine;
+    const int edge_base = t.vertex_count();
+    const int face_base = edge_base + t.edge_count();
+    fine.vertex_count = face_base + t.face_count();
+    fine.face_sizes.assign(std::size_t(t.corner_count()), 4);
+    fine.face_vertices.reserve(4 * std::size_t(t.corner_count()));
+    fine.group_names = t.group_names();
+    fine.boundary_rule = t.boundary_rule();
+    for (const FaceId f : t.faces()) {
+        const auto corners = t.corners(f);
+        const int n = corners.size();
+        for (int i = 0; i < n; ++i) {
+            const int child[4] = {t.vertex(corners[i]).value, edge_base + t.edge(corners[i]).value,
+                                  face_base + f.value,
+                                  edge_base + t.edge(corners[(i + n - 1) % n]).value};
+            const int turn = n == 4 ? 4 - i : 0;
+            for (int k = 0; k < 4; ++k) fine.face_vertices.push_back(child[(turn + k) % 4]);
+            if (!t.group_names().empty()) fine.face_group.push_back(t.group(f));
+        }
+    }
+    for (const EdgeId e : t.edges()) {
+        const double sharpness = child_sharpness(t.tagged_sharpness(e));
+        if (sharpness > 0.0) {
+            fine.creases.push_back({t.start(e).value, edge_base + e.value, sharpness});
+            fine.creases.push_back({edge_base + e.value, t.end(e).value, sharpness});
+        }
+    }
+    for (const VertexId v : t.vertices()) {
+        const double sharpness = child_sharpness(t.tagged_sharpness(v));
+        if (sharpness > 0.0) fine.corners.push_back({v.value, sharpness});
+        if (t.is_pinned(v)) fine.pins.push_back(v.value);
+    }
+    return fine;
+}
+
+}  // namespace
+
+Refinement refine(const Topology& topology) {
+    return {std::make_shared<const Topology>(refined_input(topology)),
+            StencilBuilder(topology).build()};
+}
+
+mesh::Cage refine(const mesh::Cage& cage, int levels) {
+    mesh::Cage fine = cage;
+    for (int level = 0; level < levels; ++level) {
+        Refinement step = refine(*fine.topology);
+        fine = {std::move(step.topology), step.stencils.apply(fine.points)};
+    }
+    return fine;
+}
+
+}  // namespace patchwright::subd

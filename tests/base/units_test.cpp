@@ -1,0 +1,21 @@
+#include <patchwright/base/error.h>
+#include <patchwright/base/units.h>
+
+#include <catch2/catch.hpp>
+
+using namespace patchwright;
+
+TEST_CASE("lengths with units are read", "[base]") {
+    CHECK(base::parse_length("0.05mm").in_millimetres(1.0) == Approx(0.05));
+    CHECK(base::parse_length("0.002in").in_millimetres(1.0) == Approx(0.0508));
+    CHECK(base::parse_length("1e-4rel").in_millimetres(2000.0) == Approx(0.2));
+    CHECK(base::parse_length("3cm").in_millimetres(1.0) == Approx(30.0));
+    CHECK(base::parse_length("2ft").in_millimetres(1.0) == Approx(609.6));
+}
+
+TEST_CASE("what is no length is refused", "[base]") {
+    for (const char* text : {"", "mm", "0mm", "-1mm", "1", "1furlong", "nanmm", "infmm", "1e-4 rel"}) {
+        CAPTURE(text);
+        CHECK_THROWS_AS(base::parse_length(text), base::InvalidArgument);
+    }
+}

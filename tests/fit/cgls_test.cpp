@@ -1,0 +1,60 @@
+#include <patchwright/base/error.h>
+#include <patchwright/fit/cgls.h>
+
+#include <Eigen/QR>
+#include <catch2/catch.hpp>
+
+using namespace patchwright;
+
+namespace {
+
+class Dense final : public fit::LinearOperator {
+  public:
+    explicit Dense(Eigen::MatrixXd matrix) : matrix_(std::move(matrix)) {}
+    Eigen::Index rows() const override { return matrix_.rows(); }
+    Eigen::Index columns() const override { return matrix_.cols(); }
+    void apply(const geom::Points& x, geom::Points& y) const override { y = matrix_ * x; }
+    void apply_transposed(const geom::Points& y, geom::Points& x) const override {
+        x = matrix_.transpose() * y;
+    }
+
+  private:
+    Eigen::MatrixXd matrix_;
+};
+
+}  // namespace
+
+TEST_CASE("CGLS is the dense QR solution", "[fit][oracle]") {
+    std::srand(3);
+    const Eigen::MatrixXd a = Eigen::MatrixXd::Random(60, 20);
+    const geom::Points b = geom::Points::Random(60, 3);
+    const geom::Points expected = a.householderQr().solve(Eigen::MatrixXd(b));
+    const auto result =
+        fit::solve_cgls(Dense(a), b, geom::Points::Zero(20, 3), {.relative_residual = 1e-14});
+    CHECK((result.x - expected).norm() < 1e-11 * expected.norm());
+    CHECK(result.residual == Approx((b - a * expected).norm()));
+    // n steps suffice in exact arithmetic; rounding costs a few more.
+    CHECK(result.iterations < 60);
+}
+
+TEST_CASE("CGLS stops after K steps and says so", "[fit]") {
+    std::srand(4);
+    const Eigen::MatrixXd a = Eigen::MatrixXd::Random(30, 20);
+    const auto result = fit::solve_cgls(Dense(a), geom::Points::Random(30, 3),
+                                        geom::Points::Zero(20, 3), {.max_iterations = 3});
+    CHECK(result.iterations == 3);
+    CHECK(result.stop == fit::CglsStop::MaxIterations);
+}
+
+TEST_CASE("CGLS with a zero right-hand side or an exact start takes no step", "[fit]") {
+    const Dense identity(Eigen::MatrixXd::Identity(5, 5));
+    const geom::Points b = geom::Points::Ones(5, 3);
+    CHECK(fit::solve_cgls(identity, b, b).iterations == 0);
+    CHECK(fit::solve_cgls(identity, geom::Points::Zero(5, 3), geom::Points::Zero(5, 3)).iterations == 0);
+}
+
+TEST_CASE("CGLS refuses sizes that do not match", "[fit][errors]") {
+    const Dense identity(Eigen::MatrixXd::Identity(5, 5));
+    CHECK_THROWS_AS(fit::solve_cgls(identity, geom::Points::Zero(4, 3), geom::Points::Zero(5, 3)),
+                    base::InvalidArgument);
+}
