@@ -1,0 +1,85 @@
+// What one run did and measured, for people (HTML) and programs (JSON).
+#pragma once
+
+#include <patchwright/base/units.h>
+#include <patchwright/fit/deviation.h>
+#include <patchwright/fit/fit.h>
+#include <patchwright/mesh/cage.h>
+#include <patchwright/patch/continuity.h>
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace patchwright::report {
+
+/// The CAD file that went in. Lengths here and below are millimetres; the writers convert.
+struct InputFigures {
+    std::string file, format, schema, originating_system;
+    base::LengthUnit unit = base::LengthUnit::Millimetre;
+    int solids = 0;
+    int faces = 0;
+    int free_edges = 0;  ///< after reading and sewing
+    double diagonal = 0.0;
+    double largest_gap_closed = 0.0;
+    double sewing_tolerance = 0.0;
+};
+
+struct FitFigures {
+    double tolerance = 0.0;
+    bool met = false;
+    std::vector<fit::FitLevel> levels;
+};
+
+struct PatchFigures {
+    int count = 0;
+    int control_points = 0;
+    int caps = 0;
+    std::string continuity;  ///< "refined"
+};
+
+/// The CAD file that came out, or one that was inspected, as read back from disk.
+struct SolidFigures {
+    std::string file;
+    int solids = 0, shells_closed = 0, shells_open = 0;
+    int faces = 0, edges = 0, vertices = 0, free_edges = 0, nonmanifold_edges = 0;
+    std::map<std::string, int> faces_by_kind;
+    bool closed = false;
+    bool valid = false;
+    bool all_bicubic = false;
+    double volume = 0.0;
+    double area = 0.0;
+    double max_tolerance = 0.0;
+    geom::Box3 bounds;
+};
+
+struct DeviationFigures {
+    fit::Deviation output_to_input, input_to_output;
+};
+
+/// Sections that do not apply to a run stay empty and are left out of what is written.
+struct RunReport {
+    base::LengthUnit unit = base::LengthUnit::Millimetre;  ///< of all lengths as written
+    std::optional<InputFigures> input;
+    std::optional<mesh::CageSummary> cage;
+    std::optional<FitFigures> fit;
+    std::optional<PatchFigures> patches;
+    std::optional<SolidFigures> solid;
+    std::optional<DeviationFigures> deviation;
+    std::optional<patch::Continuity> continuity;
+    std::vector<std::pair<std::string, double>> seconds;  ///< stage, in order; "total" is added
+    std::vector<std::string> notices;
+    double peak_memory_mb = 0.0;
+};
+
+/// The keys are the command line's contract; lengths, areas and volumes in powers of report.unit.
+std::string to_json(const RunReport& report);
+
+/// One self-contained page.
+std::string to_html(const RunReport& report);
+
+/// A few lines for the terminal.
+std::string to_text(const RunReport& report);
+
+}  // namespace patchwright::report

@@ -1,0 +1,145 @@
+#include "report/figures.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace patchwright::report {
+
+namespace {
+
+class SectionWriter {
+  public:
+    explicit SectionWriter(const RunReport& report)
+        : report_(report), scale_(1.0 / base::millimetres_per(report.unit)) {
+        if (report.input) diagonal_ = report.input->diagonal;
+        if (diagonal_ == 0.0 && report.solid) diagonal_ = report.solid->bounds.diagonal();
+    }
+
+    std::vector<Section> write() {
+        if (report_.input) input(*report_.input);
+        if (report_.cage) cage(*report_.cage);
+        if (report_.fit) fit(*report_.fit);
+        if (report_.patches) patches(*report_.patches);
+        if (report_.solid) solid(*report_.solid);
+        if (report_.deviation) deviation(*report_.deviation);
+        if (report_.continuity) continuity(*report_.continuity);
+        times();
+        return std::move(sections_);
+    }
+
+  private:
+    template <class... Args>
+    void row(std::string label, fmt::format_string<Args...> format, Args&&... args) {
+        sections_.back().rows.emplace_back(std::move(label),
+                                           fmt::format(format, std::forward<Args>(args)...));
+    }
+    std::string unit(int power = 1) const {
+        return fmt::format("{}{}", base::short_name(report_.unit),
+                           power == 2 ? "^2" : power == 3 ? "^3" : "");
+    }
+    std::string length(double mm) const { return fmt::format("{:.4g} {}", mm * scale_, unit()); }
+    std::string relative(double mm) const {
+        if (diagonal_ <= 0.0) return length(mm);
+        return fmt::format("{} ({:.2g} of the diagonal)", length(mm), mm / diagonal_);
+    }
+    std::string place(const geom::Vec3& p) const {
+        return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x() * scale_, p.y() * scale_, p.z() * scale_);
+    }
+
+    void input(const InputFigures& i) {
+        sections_.push_back({"Input", {}});
+        row("file", "{}", i.file);
+        row("format", "{}, unit {}", i.schema.empty() ? i.format : i.schema, base::short_name(i.unit));
+        if (!i.originating_system.empty()) row("written by", "{}", i.originating_system);
+        row("content", "{} solids, {} faces, {} free edges", i.solids, i.faces, i.free_edges);
+        if (i.sewing_tolerance > 0.0) {
+            row("sewn", "gaps up to {}, tolerance {}", length(i.largest_gap_closed),
+                length(i.sewing_tolerance));
+        }
+        row("diagonal", "{}", length(i.diagonal));
+    }
+    void cage(const mesh::CageSummary& c) {
+        sections_.push_back({"Cage", {}});
+        row("size", "{} vertices, {} faces", c.vertices, c.faces);
+        row("features", "{} creases, {} corners, {} extraordinary vertices, {} boundary edges, {} pins",
+            c.creases, c.corners, c.extraordinary, c.boundary_edges, c.pins);
+    }
+    void fit(const FitFigures& f) {
+        sections_.push_back({"Fit", {}});
+        row("tolerance", "{}: {}", relative(f.tolerance), f.met ? "met" : "MISSED");
+        for (std::size_t i = 0; i < f.levels.size(); ++i) {
+            const fit::FitLevel& l = f.levels[i];
+            row(fmt::format("level {}", i),
+                "{} vertices, {} projections, {} CGLS steps: max {}, rms {}, {:.2f} s", l.vertices,
+                l.projections, l.cgls_steps, length(l.max_mm), length(l.rms_mm), l.seconds);
+        }
+    }
+    void patches(const PatchFigures& p) {
+        sections_.push_back({"Patches", {}});
+        row("count", "{} bicubic patches, {} control points, {} at extraordinary vertices ({})", p.count,
+            p.control_points, p.caps, p.continuity);
+    }
+    void solid(const SolidFigures& s) {
+        sections_.push_back({"Model as read back", {}});
+        row("file", "{}", s.file);
+        row("content", "{} solids, {} shells, {} faces, {} edges, {} vertices", s.solids,
+            s.shells_closed + s.shells_open, s.faces, s.edges, s.vertices);
+        for (const auto& [kind, count] : s.faces_by_kind) row(fmt::format("  {}", kind), "{}", count);
+        row("state", "{}, {}", s.closed ? "closed" : fmt::format("open ({} free edges)", s.free_edges),
+            s.valid ? "valid" : "NOT VALID");
+        if (s.nonmanifold_edges > 0) row("non-manifold", "{} edges", s.nonmanifold_edges);
+        row("area", "{:.6g} {}", s.area * scale_ * scale_, unit(2));
+        if (s.solids > 0) row("volume", "{:.6g} {}", s.volume * scale_ * scale_ * scale_, unit(3));
+        row("tolerance", "{}", length(s.max_tolerance));
+        row("box", "{} to {}", place(s.bounds.min), place(s.bounds.max));
+    }
+    void deviation(const DeviationFigures& d) {
+        sections_.push_back({"Deviation", {}});
+        const auto one = [&](const char* label, const fit::Deviation& side) {
+            row(label, "max {} at {}, rms {}, 95 % {}, 99 % {}", relative(side.max), place(side.at),
+                length(side.rms), length(side.p95), length(side.p99));
+        };
+        one("output to input", d.output_to_input);
+        one("input to output", d.input_to_output);
+    }
+    void continuity(const patch::Continuity& c) {
+        sections_.push_back({"Continuity", {}});
+        row("gap", "{}", relative(c.max_gap_mm));
+        row("kink", "{:.3g} degrees at {} over {} smooth edges", c.max_kink_rad * 180.0 / M_PI,
+            place(c.kink_at), c.smooth_edges);
+        row("creases", "{} edges", c.crease_edges);
+    }
+    void times() {
+        if (report_.seconds.empty()) return;
+        sections_.push_back({"Time", {}});
+        double total = 0.0;
+        std::string parts;
+        for (const auto& [stage, seconds] : report_.seconds) {
+            total += seconds;
+            parts += fmt::format("{}{} {:.2f}", parts.empty() ? "" : ", ", stage, seconds);
+        }
+        row("seconds", "{:.2f} ({})", total, parts);
+        row("peak memory", "{:.0f} MB", report_.peak_memory_mb);
+    }
+
+    const RunReport& report_;
+    double scale_;
+    double diagonal_ = 0.0;
+    std::vector<Section> sections_;
+};
+
+}  // namespace
+
+std::vector<Section> sections(const RunReport& report) { return SectionWriter(report).write(); }
+
+std::string to_text(const RunReport& report) {
+    std::string text;
+    for (const Section& section : sections(report)) {
+        text += section.title + "\n";
+        for (const auto& [label, value] : section.rows) text += fmt::format("  {:<16} {}\n", label, value);
+    }
+    return text;
+}
+
+}  // namespace patchwright::report

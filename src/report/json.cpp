@@ -1,0 +1,132 @@
+#include <patchwright/base/version.h>
+#include <patchwright/report/run_report.h>
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+namespace patchwright::report {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Converts millimetres to the report's unit.
+class Writer {
+  public:
+    explicit Writer(const RunReport& report)
+        : report_(report), scale_(1.0 / base::millimetres_per(report.unit)) {}
+
+    Json write() const {
+        Json json;
+        json["tool"] = {{"name", "patchwright"}, {"version", base::version()}};
+        json["unit"] = base::short_name(report_.unit);
+        if (report_.input) json["input"] = input(*report_.input);
+        if (report_.cage) json["cage"] = cage(*report_.cage);
+        if (report_.fit) json["fit"] = fit(*report_.fit);
+        if (report_.patches) json["patches"] = patches(*report_.patches);
+        if (report_.solid) json["solid"] = solid(*report_.solid);
+        if (report_.deviation) {
+            json["deviation"] = {{"output_to_input", deviation(report_.deviation->output_to_input)},
+                                 {"input_to_output", deviation(report_.deviation->input_to_output)}};
+        }
+        if (report_.continuity) json["continuity"] = continuity(*report_.continuity);
+        if (!report_.notices.empty()) json["notices"] = report_.notices;
+        double total = 0.0;
+        for (const auto& [stage, seconds] : report_.seconds) {
+            json["seconds"][stage] = seconds;
+            total += seconds;
+        }
+        json["seconds"]["total"] = total;
+        json["peak_memory_mb"] = report_.peak_memory_mb;
+        return json;
+    }
+
+  private:
+    Json length(double mm) const { return mm * scale_; }
+    Json point(const geom::Vec3& p) const { return {p.x() * scale_, p.y() * scale_, p.z() * scale_}; }
+
+    Json input(const InputFigures& i) const {
+        return {{"file", i.file},
+                {"format", i.format},
+                {"schema", i.schema},
+                {"originating_system", i.originating_system},
+                {"unit", base::short_name(i.unit)},
+                {"solids", i.solids},
+                {"faces", i.faces},
+                {"free_edges", i.free_edges},
+                {"diagonal", length(i.diagonal)},
+                {"largest_gap_closed", length(i.largest_gap_closed)},
+                {"sewing_tolerance", length(i.sewing_tolerance)}};
+    }
+    static Json cage(const mesh::CageSummary& c) {
+        return {{"vertices", c.vertices}, {"faces", c.faces},           {"extraordinary", c.extraordinary},
+                {"creases", c.creases},   {"corners", c.corners},       {"boundary_edges", c.boundary_edges},
+                {"pins", c.pins},         {"non_quads", c.non_quads}};
+    }
+    Json fit(const FitFigures& f) const {
+        Json levels = Json::array();
+        for (const fit::FitLevel& l : f.levels) {
+            levels.push_back({{"vertices", l.vertices},
+                              {"faces", l.faces},
+                              {"samples", l.samples},
+                              {"projections", l.projections},
+                              {"cgls_steps", l.cgls_steps},
+                              {"rms", length(l.rms_mm)},
+                              {"max", length(l.max_mm)},
+                              {"seconds", l.seconds}});
+        }
+        return {{"tolerance", length(f.tolerance)}, {"met", f.met}, {"levels", levels}};
+    }
+    static Json patches(const PatchFigures& p) {
+        return {{"count", p.count},
+                {"charts", p.count},
+                {"control_points", p.control_points},
+                {"caps", p.caps},
+                {"continuity", p.continuity}};
+    }
+    Json solid(const SolidFigures& s) const {
+        Json json = {{"file", s.file},
+                     {"solids", s.solids},
+                     {"shells_closed", s.shells_closed},
+                     {"shells_open", s.shells_open},
+                     {"faces", s.faces},
+                     {"edges", s.edges},
+                     {"vertices", s.vertices},
+                     {"free_edges", s.free_edges},
+                     {"nonmanifold_edges", s.nonmanifold_edges},
+                     {"closed", s.closed},
+                     {"valid", s.valid},
+                     {"all_bicubic", s.all_bicubic},
+                     {"volume", s.volume * scale_ * scale_ * scale_},
+                     {"area", s.area * scale_ * scale_},
+                     {"max_tolerance", length(s.max_tolerance)},
+                     {"faces_by_kind", s.faces_by_kind}};
+        if (!s.bounds.empty()) {
+            json["bounds"] = {{"min", point(s.bounds.min)}, {"max", point(s.bounds.max)}};
+        }
+        return json;
+    }
+    Json deviation(const fit::Deviation& d) const {
+        return {{"max", length(d.max)}, {"rms", length(d.rms)}, {"p95", length(d.p95)},
+                {"p99", length(d.p99)}, {"at", point(d.at)},    {"face", d.face},
+                {"samples", d.samples}};
+    }
+    Json continuity(const patch::Continuity& c) const {
+        return {{"max_gap", length(c.max_gap_mm)},
+                {"gap_at", point(c.gap_at)},
+                {"max_kink_deg", c.max_kink_rad * 180.0 / M_PI},
+                {"kink_at", point(c.kink_at)},
+                {"creases", c.crease_edges},
+                {"smooth_edges", c.smooth_edges}};
+    }
+
+    const RunReport& report_;
+    double scale_;
+};
+
+}  // namespace
+
+std::string to_json(const RunReport& report) { return Writer(report).write().dump(2) + "\n"; }
+
+}  // namespace patchwright::report
