@@ -33,13 +33,13 @@ class CadModel {
 /// What reading changed or noticed; empty vectors and zeros for a clean file.
 struct ReadReport {
     FileFormat format = FileFormat::Step;
-    std::string schema;                                         ///< "AP214", "IGES 5.3", ...; may be empty
-    std::string originating_system;                             ///< as the file says; may be empty
-    base::LengthUnit unit = base::LengthUnit::Millimetre;       ///< of the file, or the override
+    std::string schema;              ///< "AP214", "IGES 5.3", ...; may be empty
+    std::string originating_system;  ///< as the file says; may be empty
+    base::LengthUnit unit = base::LengthUnit::Millimetre;  ///< of the file, or the override
     int faces_in_file = 0;
-    int free_edges_before = 0;      ///< edges used by one face only, as read
-    int free_edges_after = 0;       ///< after sewing
-    double largest_gap_mm = 0.0;    ///< largest gap that sewing closed
+    int free_edges_before = 0;         ///< edges used by one face only, as read
+    int free_edges_after = 0;          ///< after sewing
+    double largest_gap_mm = 0.0;       ///< largest gap that sewing closed
     double sewing_tolerance_mm = 0.0;  ///< 0: nothing was sewn
     std::vector<std::string> notices;  ///< one line each, for the user
 };
@@ -47,7 +47,8 @@ struct ReadReport {
 struct ReadOptions {
     std::optional<base::LengthUnit> unit;  ///< overrides what the file says
     bool heal = true;                      ///< sew loose faces, orient shells; false: as is
-    /// Upper bound for the sewing tolerance as a fraction of the diagonal. Gaps up to it are closed.
+    /// Upper bound for the sewing tolerance as a fraction of the diagonal. Gaps up to it are
+    /// closed.
     double max_sewing_tolerance_rel = 1e-3;
     base::Progress progress;
 };
@@ -57,7 +58,8 @@ struct ReadResult {
     ReadReport report;
 };
 
-/// Reads STEP (AP203, AP214, AP242), IGES 5.x or BREP. Closed shells become solids, outward oriented.
+/// Reads STEP (AP203, AP214, AP242), IGES 5.x or BREP. Closed shells become solids, outward
+/// oriented.
 /// @throw InputError when the file is missing, not of its format, truncated, or holds no faces
 ReadResult read_cad(const std::filesystem::path& path, const ReadOptions& options = {});
 

@@ -3,6 +3,7 @@
 
 #include <patchwright/geom/types.h>
 #include <patchwright/occ/cad_model.h>
+#include <patchwright/patch/continuity.h>
 
 #include <map>
 #include <string>
@@ -15,36 +16,31 @@ struct Inspection {
     int shells_closed = 0;
     int shells_open = 0;
     int faces = 0;
-    int edges = 0;     ///< distinct, without degenerate ones
-    int vertices = 0;  ///< distinct
+    int edges = 0;              ///< distinct, without degenerate ones
+    int vertices = 0;           ///< distinct
     int free_edges = 0;         ///< used by one face
     int nonmanifold_edges = 0;  ///< used by more than two
-    std::map<std::string, int> faces_by_kind;  ///< "plane", "bspline 3x3", "bspline 3x3 rational", ...
+    std::map<std::string, int>
+        faces_by_kind;  ///< "plane", "bspline 3x3", "bspline 3x3 rational", ...
     geom::Box3 bounds;
     double volume_mm3 = 0.0;  ///< of the solids; 0 when there are none
     double area_mm2 = 0.0;
     double max_tolerance_mm = 0.0;
     bool valid = false;   ///< BRepCheck_Analyzer
     bool closed = false;  ///< at least one face, and every edge is used exactly twice
-    bool all_bicubic = false;  ///< every surface a non-rational bicubic B-spline covered to its bounds
+    bool all_bicubic =
+        false;  ///< every surface a non-rational bicubic B-spline covered to its bounds
 };
 
 Inspection inspect(const CadModel& model);
 
 /// How neighbouring faces meet along their shared edges, measured on both surfaces.
-struct Continuity {
-    double max_gap_mm = 0.0;      ///< largest distance between the two surfaces at one edge parameter
-    geom::Vec3 gap_at = geom::Vec3::Zero();
-    double max_kink_rad = 0.0;    ///< largest angle between the normals over edges that are no creases
-    geom::Vec3 kink_at = geom::Vec3::Zero();
-    int crease_edges = 0;         ///< edges recognised as creases
-    int smooth_edges = 0;
-};
-
-/// @param crease_points  one point on each edge that is a crease (any order), e.g. curve mid-points; an
-///                       edge is a crease when one lies within 1e-6 of the diagonal of its mid-point
+/// @param crease_points  one point on each edge that is a crease (any order), e.g. curve
+/// mid-points; an
+///                       edge is a crease when one lies within 1e-6 of the diagonal of its
+///                       mid-point
 /// @param samples_per_edge  >= 2, both ends included
-Continuity measure_continuity(const CadModel& model, const geom::Points& crease_points,
-                              int samples_per_edge = 9);
+patch::Continuity measure_continuity(const CadModel& model, const geom::Points& crease_points,
+                                     int samples_per_edge = 9);
 
 }  // namespace patchwright::occ

@@ -1,0 +1,37 @@
+#include "occ/cad_model_impl.h"
+
+#include <patchwright/base/error.h>
+
+#include <TopExp.hxx>
+#include <TopTools_IndexedMapOfShape.hxx>
+#include <TopoDS.hxx>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+namespace patchwright::occ {
+
+FileFormat file_format(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (extension == ".step" || extension == ".stp") return FileFormat::Step;
+    if (extension == ".iges" || extension == ".igs") return FileFormat::Iges;
+    if (extension == ".brep" || extension == ".brp") return FileFormat::Brep;
+    throw base::InputError(
+        fmt::format("{}: unknown kind of CAD file; use .step, .stp, .iges, .igs, .brep or .brp",
+                    path.string()));
+}
+
+std::vector<TopoDS_Face> faces_of(const CadModel& model) {
+    TopTools_IndexedMapOfShape map;
+    TopExp::MapShapes(model.impl().shape, TopAbs_FACE, map);
+    std::vector<TopoDS_Face> faces;
+    faces.reserve(static_cast<std::size_t>(map.Extent()));
+    for (int i = 1; i <= map.Extent(); ++i)
+        faces.push_back(TopoDS::Face(map(i)));
+    return faces;
+}
+
+}  // namespace patchwright::occ

@@ -1,0 +1,23 @@
+// The kernel side of CadModel; for sources of this room only.
+#pragma once
+
+#include <patchwright/occ/cad_model.h>
+
+#include <TopoDS_Face.hxx>
+#include <TopoDS_Shape.hxx>
+
+#include <string>
+#include <vector>
+
+namespace patchwright::occ {
+
+struct CadModel::Impl {
+    TopoDS_Shape shape;  ///< millimetres; a compound, solid or shell
+    /// One a face in faces_of() order, empty strings where unnamed; or an empty list.
+    std::vector<std::string> face_names;
+};
+
+/// The faces in the order that every face number of this room refers to (TopExp::MapShapes order).
+std::vector<TopoDS_Face> faces_of(const CadModel& model);
+
+}  // namespace patchwright::occ

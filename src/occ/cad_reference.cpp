@@ -1,0 +1,167 @@
+#include "cad_model_impl.h"
+#include "foot_point_engine.h"
+#include "kernel_guard.h"
+#include "reference_sampling.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/occ/cad_reference.h>
+
+#include <BRepBndLib.hxx>
+#include <Bnd_Box.hxx>
+
+#include <cmath>
+#include <numeric>
+
+namespace patchwright::occ {
+
+using geom::Vec3;
+
+struct CadReference::Impl {
+    CadModel model;  ///< surfaces and curves are shared with it
+    SearchModel search;
+};
+
+namespace {
+
+void require(bool valid, const char* what) {
+    if (!valid) throw base::InvalidArgument(what);
+}
+
+double rough_diagonal(const TopoDS_Shape& shape) {
+    Bnd_Box box;
+    BRepBndLib::Add(shape, box, Standard_False);
+    return box.IsVoid() || box.IsOpen() ? 0.0 : std::sqrt(box.SquareExtent());
+}
+
+std::vector<int> edges_of_kind(const EdgeNetwork& network, EdgeKind kind) {
+    std::vector<int> result;
+    for (std::size_t i = 0; i < network.edges.size(); ++i)
+        if (network.edges[i].kind == kind) result.push_back(int(i));
+    return result;
+}
+
+// The curves keep the addresses of the edges: the network must be in its final place.
+void index_edges(SearchModel& model, double deflection) {
+    const EdgeNetwork& network = model.network;
+    std::vector<int> all(network.edges.size());
+    std::iota(all.begin(), all.end(), 0);
+    const auto search = [&](const std::vector<int>& subset) {
+        return CurveSearch(network.edges, subset, deflection, model.size);
+    };
+    model.all_edges = search(all);
+    model.sharp_edges = search(edges_of_kind(network, EdgeKind::Sharp));
+    model.free_edges = search(edges_of_kind(network, EdgeKind::Free));
+    std::vector<geom::Box3> boxes;
+    for (const int vertex : network.corners) {
+        boxes.emplace_back();
+        boxes.back().add(network.vertices[std::size_t(vertex)]);
+    }
+    model.corners = geom::Bvh(boxes);
+}
+
+void measure_bounds(SearchModel& model) {
+    for (const MeshTriangle& t : model.mesh.triangles)
+        for (const Vec3& p : t.corner)
+            model.bounds.add(p);
+    model.size = model.bounds.diagonal();
+}
+
+void fill(SearchModel& model, const TopoDS_Shape& shape, const ReferenceOptions& options) {
+    base::report_progress(options.progress, "reference", 0.0);
+    const double diagonal = rough_diagonal(shape);
+    if (!(diagonal > 0.0))
+        throw base::InputError(
+            "CAD model: no faces of finite size; nothing to be measured against");
+    const double deflection = options.deflection_rel * diagonal;
+    const SearchableShape copy = make_searchable(shape);
+    model.surfaces.reserve(copy.faces.size());
+    for (const TopoDS_Face& face : copy.faces)
+        model.surfaces.emplace_back(face, diagonal);
+    base::report_progress(options.progress, "reference", 0.1);
+    model.mesh = triangulate(copy, model.surfaces, deflection);
+    if (model.mesh.triangles.empty())
+        throw base::InputError("CAD model: no face can be triangulated; heal the file");
+    measure_bounds(model);
+    base::report_progress(options.progress, "reference", 0.8);
+    model.network = collect_edges(copy.shape, copy.faces, model.surfaces, options.sharp_angle_rad);
+    index_edges(model, deflection);
+    model.side_reach = options.side_reach_rel * model.size;
+    base::report_progress(options.progress, "reference", 1.0);
+}
+
+std::optional<geom::FeaturePoint> nearest_corner(const SearchModel& model, const Vec3& query) {
+    std::optional<geom::FeaturePoint> best;
+    model.corners.nearest(query, std::numeric_limits<double>::infinity(),
+                          [&](int item, double bound) {
+                              const int vertex = model.network.corners[std::size_t(item)];
+                              const Vec3& point = model.network.vertices[std::size_t(vertex)];
+                              const double distance = (point - query).norm();
+                              if (best && distance >= best->distance) return bound;
+                              best = geom::FeaturePoint{point, distance, item};
+                              return distance;
+                          });
+    return best;
+}
+
+std::optional<geom::FeaturePoint> nearest_on_curves(const CurveSearch& curves, const Vec3& query) {
+    std::optional<geom::FeaturePoint> best;
+    curves.visit(query, std::numeric_limits<double>::infinity(),
+                 [&](const CurveHit& hit, double bound) {
+                     if (best && hit.distance >= best->distance) return bound;
+                     best = geom::FeaturePoint{hit.point, hit.distance, hit.edge};
+                     return hit.distance;
+                 });
+    return best;
+}
+
+}  // namespace
+
+CadReference::CadReference(const CadModel& model, const ReferenceOptions& options)
+    : impl_(new Impl{model, {}}) {
+    require(options.deflection_rel > 0.0 && options.deflection_rel < 1.0,
+            "ReferenceOptions::deflection_rel must lie between 0 and 1");
+    require(options.sharp_angle_rad > 0.0, "ReferenceOptions::sharp_angle_rad must be positive");
+    require(options.side_reach_rel >= 0.0, "ReferenceOptions::side_reach_rel must not be negative");
+    guard_kernel<base::InputError>("preparing the CAD reference",
+                                   [&] { fill(impl_->search, model.impl().shape, options); });
+}
+
+CadReference::~CadReference() = default;
+CadReference::CadReference(CadReference&&) noexcept = default;
+CadReference& CadReference::operator=(CadReference&&) noexcept = default;
+
+geom::Box3 CadReference::bounds() const {
+    return impl_->search.bounds;
+}
+
+geom::FootPoint CadReference::foot_point(const Vec3& query, const std::optional<Vec3>& side) const {
+    require(query.allFinite(), "foot_point: the query is not finite");
+    return guard_kernel<base::InputError>("foot point", [&] {
+        return side ? nearest_point_facing(impl_->search, query, *side)
+                    : nearest_point(impl_->search, query);
+    });
+}
+
+std::optional<geom::FeaturePoint> CadReference::feature_point(const Vec3& query,
+                                                              geom::FeatureKind kind) const {
+    require(query.allFinite(), "feature_point: the query is not finite");
+    return guard_kernel<base::InputError>("feature point", [&] {
+        switch (kind) {
+            case geom::FeatureKind::Sharp:
+                return nearest_on_curves(impl_->search.sharp_edges, query);
+            case geom::FeatureKind::Free:
+                return nearest_on_curves(impl_->search.free_edges, query);
+            case geom::FeatureKind::Corner:
+                return nearest_corner(impl_->search, query);
+        }
+        return std::optional<geom::FeaturePoint>{};
+    });
+}
+
+std::vector<CadReference::Sample> CadReference::sample(int count) const {
+    require(count > 0, "sample: the count must be positive");
+    return guard_kernel<base::InputError>("sampling",
+                                          [&] { return sample_model(impl_->search, count); });
+}
+
+}  // namespace patchwright::occ

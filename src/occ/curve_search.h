@@ -1,0 +1,63 @@
+// Nearest points on edge curves.
+#pragma once
+
+#include "model_edges.h"
+
+#include <patchwright/geom/bvh.h>
+
+#include <vector>
+
+namespace patchwright::occ {
+
+struct CurveHit {
+    int edge = -1;
+    double t = 0.0;
+    geom::Vec3 point = geom::Vec3::Zero();
+    double distance = 0.0;
+};
+
+/// Hierarchy over the chords of some edges; nearest points by Newton on the true curves.
+/// @pre the edges given on construction outlive the search
+class CurveSearch {
+  public:
+    CurveSearch() = default;
+    /// @param deflection  how far a chord may be from its piece of curve
+    CurveSearch(const std::vector<ModelEdge>& edges, const std::vector<int>& subset,
+                double deflection, double size);
+
+    [[nodiscard]] bool empty() const { return chords_.empty(); }
+
+    /// Calls `visit(hit, bound)` with nearest points of pieces of curves that may lie within
+    /// `bound` (plus the edge's tolerance); it returns the bound to go on with.
+    template <class Visit>
+    void visit(const geom::Vec3& query, double bound, Visit&& visit_hit) const {
+        tree_.nearest(query, bound, [&](int item, double limit) {
+            const Chord& chord = chords_[std::size_t(item)];
+            const double s = chord_parameter(chord, query);
+            const geom::Vec3 on_chord = chord.start + s * (chord.end - chord.start);
+            if ((on_chord - query).norm() - chord.error > limit) return limit;
+            return visit_hit(nearest_on(chord, query, s), limit);
+        });
+    }
+
+  private:
+    struct Chord {
+        geom::Vec3 start, end;
+        double t0 = 0.0, t1 = 0.0;
+        double error = 0.0;  ///< largest distance of the piece of curve, with the edge's tolerance
+        int edge = -1;
+    };
+
+    static double chord_parameter(const Chord& chord, const geom::Vec3& query);
+    [[nodiscard]] CurveHit nearest_on(const Chord& chord, const geom::Vec3& query, double s) const;
+    [[nodiscard]] CurveHit descend(const Chord& chord, const geom::Vec3& query, double s) const;
+    void add_edge(int edge, double deflection);
+    void split(Chord chord, double deflection, int depth);
+
+    const std::vector<ModelEdge>* edges_ = nullptr;
+    std::vector<Chord> chords_;
+    geom::Bvh tree_;
+    double size_ = 0.0;
+};
+
+}  // namespace patchwright::occ

@@ -1,0 +1,37 @@
+// The data exchange part of the kernel keeps process-wide state; this keeps it in bounds.
+#pragma once
+
+#include <Message_SequenceOfPrinters.hxx>
+
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace patchwright::occ {
+
+/// While it lives, this thread alone uses the kernel's readers and writers, the kernel prints
+/// nothing, and parameters set through it hold; all is restored at the end. The kernel's internal
+/// length unit is the millimetre meanwhile.
+class ExchangeSession {
+  public:
+    ExchangeSession();
+    ~ExchangeSession();
+    ExchangeSession(const ExchangeSession&) = delete;
+    ExchangeSession& operator=(const ExchangeSession&) = delete;
+
+    /// @throw InvalidArgument when the kernel does not know the parameter or refuses the value
+    void set(const std::string& parameter, const std::string& value);
+    void set(const std::string& parameter, int value);
+
+  private:
+    struct Saved {
+        std::string parameter, value;
+    };
+    void save(const std::string& parameter);
+
+    std::unique_lock<std::mutex> lock_;
+    Message_SequenceOfPrinters printers_;
+    std::vector<Saved> saved_;
+};
+
+}  // namespace patchwright::occ

@@ -1,0 +1,267 @@
+#include "face_surface.h"
+
+#include <BRep_Tool.hxx>
+#include <GeomAdaptor_Surface.hxx>
+#include <Precision.hxx>
+#include <TColStd_Array1OfReal.hxx>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace patchwright::occ {
+
+using geom::Vec3;
+
+namespace {
+
+// Minimum of g.x + x.Hx / 2 over low <= x <= high, for a positive definite H.
+Vec2 box_minimum(const Eigen::Matrix2d& h, const Vec2& g, const Vec2& low, const Vec2& high) {
+    const double determinant = h(0, 0) * h(1, 1) - h(0, 1) * h(1, 0);
+    const Vec2 free((h(0, 1) * g[1] - h(1, 1) * g[0]) / determinant,
+                    (h(1, 0) * g[0] - h(0, 0) * g[1]) / determinant);
+    Vec2 best = free;
+    double best_value = std::numeric_limits<double>::infinity();
+    for (Eigen::Index i = 0; i < 2; ++i) {
+        if (free[i] >= low[i] && free[i] <= high[i]) continue;
+        const Eigen::Index j = 1 - i;
+        Vec2 x;
+        x[i] = std::clamp(free[i], low[i], high[i]);
+        x[j] = std::clamp(-(g[j] + h(j, i) * x[i]) / h(j, j), low[j], high[j]);
+        const double value = g.dot(x) + 0.5 * x.dot(h * x);
+        if (value < best_value) {
+            best_value = value;
+            best = x;
+        }
+    }
+    return best;
+}
+
+}  // namespace
+
+FaceSurface::FaceSurface(const TopoDS_Face& face, double size) : size_(size) {
+    TopLoc_Location location;
+    BRep_Tool::Surface(face, location);
+    surface_ = BRep_Tool::Surface(face);
+    trim_ = TrimRegion(face);
+    if (face.Orientation() == TopAbs_REVERSED) orientation_ = -orientation_;
+    if (location.Transformation().IsNegative()) orientation_ = -orientation_;
+    set_rectangle();
+    if (!unbounded_) find_kinks();
+}
+
+void FaceSurface::set_rectangle() {
+    Vec2 low, high;
+    surface_->Bounds(low[0], high[0], low[1], high[1]);
+    low_ = trim_.empty() ? low : trim_.low();
+    high_ = trim_.empty() ? high : trim_.high();
+    const std::array<bool, 2> periodic{bool(surface_->IsUPeriodic()),
+                                       bool(surface_->IsVPeriodic())};
+    if (periodic[0]) period_[0] = surface_->UPeriod();
+    if (periodic[1]) period_[1] = surface_->VPeriod();
+    for (std::size_t i = 0; i < 2; ++i) {
+        const auto k = Eigen::Index(i);
+        if (periodic[i]) {
+            wraps_[i] = high_[k] - low_[k] >= period_[i] * (1 - 1e-9);
+        } else {
+            low_[k] = std::max(low_[k], low[k]);
+            high_[k] = std::min(high_[k], high[k]);
+        }
+        if (!(low_[k] < high_[k]) || Precision::IsInfinite(low_[k]) ||
+            Precision::IsInfinite(high_[k]))
+            unbounded_ = true;
+    }
+}
+
+void FaceSurface::find_kinks() {
+    const GeomAdaptor_Surface adaptor(surface_, low_[0], high_[0], low_[1], high_[1]);
+    for (std::size_t i = 0; i < 2; ++i) {
+        const int count =
+            i == 0 ? adaptor.NbUIntervals(GeomAbs_C1) : adaptor.NbVIntervals(GeomAbs_C1);
+        TColStd_Array1OfReal breaks(1, count + 1);
+        if (i == 0)
+            adaptor.UIntervals(breaks, GeomAbs_C1);
+        else
+            adaptor.VIntervals(breaks, GeomAbs_C1);
+        for (int k = 2; k <= count; ++k)
+            kinks_[i].push_back(breaks(k));
+        // Cells end at kinks, so the descent cannot run around; the rectangle's ends are seeds
+        // enough.
+        if (!kinks_[i].empty()) wraps_[i] = false;
+    }
+}
+
+Vec3 FaceSurface::at(const Vec2& uv) const {
+    gp_Pnt p;
+    surface_->D0(uv[0], uv[1], p);
+    return vec(p);
+}
+
+FaceSurface::Derivatives FaceSurface::derivatives(const Vec2& uv) const {
+    gp_Pnt p;
+    gp_Vec du, dv, duu, dvv, duv;
+    surface_->D2(uv[0], uv[1], p, du, dv, duu, dvv, duv);
+    return {vec(p), vec(du), vec(dv), vec(duu), vec(duv), vec(dvv)};
+}
+
+Vec3 FaceSurface::normal(const Vec2& uv) const {
+    gp_Pnt p;
+    gp_Vec gu, gv;
+    surface_->D1(uv[0], uv[1], p, gu, gv);
+    const Vec3 du = vec(gu), dv = vec(gv);
+    const Vec2 range = high_ - low_;
+    const bool flat_u = du.norm() * range[0] < 1e-9 * size_;
+    const bool flat_v = dv.norm() * range[1] < 1e-9 * size_;
+    const Vec3 cross = du.cross(dv);
+    const double sine = cross.norm();
+    if (flat_u || flat_v || sine <= 1e-7 * du.norm() * dv.norm())
+        return limit_normal(uv, flat_u, flat_v);
+    return orientation_ / sine * cross;
+}
+
+Vec3 FaceSurface::limit_normal(const Vec2& uv, bool flat_u, bool flat_v) const {
+    const Vec2 centre = 0.5 * (low_ + high_), range = high_ - low_;
+    Vec3 first = Vec3::Zero(), sum = Vec3::Zero();
+    for (const double s : {0.1, 0.3, 0.5, 0.7, 0.9}) {
+        Vec2 near = uv + 1e-5 * s * (centre - uv);
+        // Along a side that is one point, the limit must be the same from everywhere.
+        if (flat_u) near = {low_[0] + s * range[0], uv[1] + 1e-5 * (centre[1] - uv[1])};
+        if (flat_v && !flat_u) near = {uv[0] + 1e-5 * (centre[0] - uv[0]), low_[1] + s * range[1]};
+        gp_Pnt p;
+        gp_Vec du, dv;
+        surface_->D1(near[0], near[1], p, du, dv);
+        const Vec3 cross = vec(du).cross(vec(dv));
+        const double sine = cross.norm();
+        if (!(sine > 0.0)) return Vec3::Zero();
+        if (first.isZero(0.0)) first = cross / sine;
+        if (first.dot(cross) < 0.999 * sine) return Vec3::Zero();
+        sum += cross / sine;
+    }
+    return orientation_ * sum.normalized();
+}
+
+bool FaceSurface::contains(const Vec2& uv) const {
+    if (trim_.empty() || trim_.is_rectangle()) return true;
+    Vec2 base = uv;
+    for (std::size_t i = 0; i < 2; ++i) {
+        const auto k = Eigen::Index(i);
+        if (wraps_[i]) base[k] -= std::floor((base[k] - low_[k]) / period_[i]) * period_[i];
+    }
+    for (const int i : {0, 1}) {
+        for (const int j : {0, 1}) {
+            if ((i == 1 && !wraps_[0]) || (j == 1 && !wraps_[1])) continue;
+            if (trim_.contains(base + Vec2(i * period_[0], j * period_[1]))) return true;
+        }
+    }
+    return false;
+}
+
+FaceSurface::Cell FaceSurface::cell_of(const Vec2& uv) const {
+    Cell cell{low_, high_};
+    for (std::size_t i = 0; i < 2; ++i) {
+        const auto k = Eigen::Index(i);
+        if (wraps_[i]) {
+            cell.low[k] = -1e300;
+            cell.high[k] = 1e300;
+            continue;
+        }
+        if (kinks_[i].empty()) continue;
+        // At a kink the kernel evaluates one side's derivatives: stay off it by next to nothing.
+        const double off = 1e-11 * (high_[k] - low_[k]);
+        const auto above = std::upper_bound(kinks_[i].begin(), kinks_[i].end(), uv[k]);
+        if (above != kinks_[i].begin()) cell.low[k] = *(above - 1) + off;
+        if (above != kinks_[i].end()) cell.high[k] = *above - off;
+    }
+    return cell;
+}
+
+FaceSurface::Step FaceSurface::step(const Derivatives& d, const Vec3& r, const Vec2& uv,
+                                    const Cell& cell) const {
+    const Vec2 g(r.dot(d.u), r.dot(d.v));
+    const double e = d.u.squaredNorm(), f = d.u.dot(d.v), h = d.v.squaredNorm();
+    double a = e + r.dot(d.uu), b = f + r.dot(d.uv), c = h + r.dot(d.vv);
+    const bool newton = a > 1e-9 * e && c > 1e-9 * h && a * c - b * b > 1e-9 * a * c;
+    if (!newton) {
+        // Gauss-Newton, kept regular where the surface is degenerate.
+        a = e * (1 + 1e-9) + 1e-30;
+        b = f * (1 - 1e-9);
+        c = h * (1 + 1e-9) + 1e-30;
+    }
+    const Eigen::Matrix2d hessian{{a, b}, {b, c}};
+    return {box_minimum(hessian, g, cell.low - uv, cell.high - uv), newton};
+}
+
+FaceSurface::Foot FaceSurface::descend_in(const Cell& cell, const Vec3& query, const Start& start,
+                                          const std::vector<Vec2>& known) const {
+    constexpr int max_steps = 30, max_halvings = 12;
+    const double final_step = 1e-8 * size_;
+    Vec2 uv = start.uv.cwiseMax(cell.low).cwiseMin(cell.high);
+    Derivatives d = derivatives(uv);
+    Vec3 r = d.p - query;
+    for (int i = 0; i < max_steps; ++i) {
+        const Step s = step(d, r, uv, cell);
+        const double length = (d.u * s.delta[0] + d.v * s.delta[1]).norm();
+        if (!(length > 1e-13 * size_)) break;
+        for (const Vec2& foot : known) {
+            const Vec2 from = uv - foot, to = from + s.delta;
+            const double now = (d.u * from[0] + d.v * from[1]).norm();
+            const double then = (d.u * to[0] + d.v * to[1]).norm();
+            if (s.newton && length < 4.0 * start.stride &&
+                (then < 0.2 * now || now < 1e-6 * size_) && cell == cell_of(foot))
+                return {foot, d.p, r.norm(), {0, 0}, true};
+        }
+        // Newton's own step is trusted somewhat farther than that of Gauss and Newton.
+        const double farthest = s.newton ? 2.0 * start.stride : start.stride;
+        double fraction = std::min(1.0, farthest / length);
+        const double before = r.squaredNorm();
+        Derivatives next;
+        for (int k = 0; k < max_halvings; ++k, fraction *= 0.5) {
+            next = derivatives(uv + fraction * s.delta);
+            if ((next.p - query).squaredNorm() <= before) break;
+        }
+        if ((next.p - query).squaredNorm() > before) break;
+        uv += fraction * s.delta;
+        d = next;
+        r = d.p - query;
+        if (s.newton && length < final_step && fraction == 1.0) break;
+    }
+    Foot foot{uv, d.p, r.norm(), {0, 0}, false};
+    for (std::size_t i = 0; i < 2; ++i) {
+        const auto k = Eigen::Index(i);
+        const double near = 1e-10 * (high_[k] - low_[k]);
+        if (uv[k] <= cell.low[k] + near) foot.held[i] = -1;
+        if (uv[k] >= cell.high[k] - near) foot.held[i] = 1;
+    }
+    return foot;
+}
+
+FaceSurface::Foot FaceSurface::descend(const Vec3& query, const Start& start,
+                                       const std::vector<Vec2>& known) const {
+    Foot foot = descend_in(cell_of(start.uv), query, start, known);
+    if (kinks_[0].empty() && kinks_[1].empty()) return foot;
+    constexpr int max_hops = 8;
+    for (int hop = 0; hop < max_hops && !foot.merged; ++hop) {
+        Foot best = foot;
+        for (std::size_t i = 0; i < 2; ++i) {
+            if (foot.held[i] == 0) continue;
+            Vec2 beyond = foot.uv;
+            const auto k = Eigen::Index(i);
+            beyond[k] += foot.held[i] * 1e-9 * (high_[k] - low_[k]);
+            if (beyond[k] <= low_[k] || beyond[k] >= high_[k]) continue;
+            const Foot other = descend_in(cell_of(beyond), query, {beyond, start.stride}, known);
+            if (!other.merged && other.distance < best.distance - 1e-10 * size_) best = other;
+        }
+        if (best.distance >= foot.distance) break;
+        foot = best;
+    }
+    // Held at a kink is not held at the face's rectangle.
+    for (std::size_t i = 0; i < 2; ++i) {
+        const auto k = Eigen::Index(i);
+        const double near = 1e-9 * (high_[k] - low_[k]);
+        if (foot.uv[k] > low_[k] + near && foot.uv[k] < high_[k] - near) foot.held[i] = 0;
+    }
+    return foot;
+}
+
+}  // namespace patchwright::occ

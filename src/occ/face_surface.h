@@ -1,0 +1,87 @@
+// The surface under a face: evaluation, outward normals and descent to foot points.
+#pragma once
+
+#include "kernel_points.h"
+#include "trim_region.h"
+
+#include <Geom_Surface.hxx>
+#include <TopoDS_Face.hxx>
+
+#include <array>
+#include <vector>
+
+namespace patchwright::occ {
+
+/// Const functions are thread-safe: the kernel's surface is evaluated without its adaptors' caches.
+class FaceSurface {
+  public:
+    /// A local minimum of the distance, on the surface within the rectangle around the face.
+    struct Foot {
+        Vec2 uv = Vec2::Zero();
+        geom::Vec3 point = geom::Vec3::Zero();
+        double distance = 0.0;
+        /// Where the descent was held by the rectangle (u, v): -1 low end, 1 high end, 0 neither.
+        std::array<int, 2> held{0, 0};
+        bool merged = false;  ///< given up on the way to a foot that is known already
+    };
+
+    /// @param size  length that tolerances are relative to: the model's diagonal
+    /// @pre every edge of `face` has a p-curve
+    FaceSurface(const TopoDS_Face& face, double size);
+
+    /// Neither trimmed nor of finite extent: nothing can be found on it.
+    [[nodiscard]] bool unbounded() const { return unbounded_; }
+    [[nodiscard]] const Vec2& low() const { return low_; }
+    [[nodiscard]] const Vec2& high() const { return high_; }
+
+    [[nodiscard]] geom::Vec3 at(const Vec2& uv) const;
+    /// Unit, outward. At degenerate points the limit, if it is one; else zero.
+    [[nodiscard]] geom::Vec3 normal(const Vec2& uv) const;
+    /// +1 when du x dv points outward, else -1.
+    [[nodiscard]] double orientation() const { return orientation_; }
+    [[nodiscard]] bool contains(const Vec2& uv) const;
+
+    struct Start {
+        Vec2 uv;
+        double stride;  ///< millimetres; much longer steps may leap over a minimum
+    };
+    /// Newton's method on the squared distance with the rectangle as bound. Stops early when the
+    /// path leads to one of the `known` feet of this face.
+    [[nodiscard]] Foot descend(const geom::Vec3& query, const Start& start,
+                               const std::vector<Vec2>& known) const;
+
+  private:
+    struct Derivatives {
+        geom::Vec3 p, u, v, uu, uv, vv;
+    };
+    struct Cell {
+        Vec2 low, high;
+        bool operator==(const Cell&) const = default;
+    };
+    struct Step {
+        Vec2 delta;
+        bool newton;  ///< of second order: the Hessian was positive definite
+    };
+
+    void set_rectangle();
+    void find_kinks();
+    [[nodiscard]] Derivatives derivatives(const Vec2& uv) const;
+    [[nodiscard]] geom::Vec3 limit_normal(const Vec2& uv, bool flat_u, bool flat_v) const;
+    [[nodiscard]] Cell cell_of(const Vec2& uv) const;
+    [[nodiscard]] Step step(const Derivatives& d, const geom::Vec3& r, const Vec2& uv,
+                            const Cell& cell) const;
+    [[nodiscard]] Foot descend_in(const Cell& cell, const geom::Vec3& query, const Start& start,
+                                  const std::vector<Vec2>& known) const;
+
+    Handle(Geom_Surface) surface_;
+    TrimRegion trim_;
+    Vec2 low_, high_;
+    std::array<bool, 2> wraps_{false, false};  ///< u, v may run around the whole period
+    std::array<double, 2> period_{0.0, 0.0};
+    std::array<std::vector<double>, 2> kinks_;  ///< parameters where the surface is not smooth
+    double orientation_ = 1.0;
+    double size_;
+    bool unbounded_ = false;
+};
+
+}  // namespace patchwright::occ

@@ -1,0 +1,280 @@
+#include "foot_point_engine.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace patchwright::occ {
+
+using geom::FootPoint;
+using geom::Vec3;
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+// Of the model's size: points nearer to each other than this are one.
+constexpr double coincident = 1e-9;
+// How far the surface's normals may be from their triangle's; the triangulation's angular tolerance
+// is 0.3 rad.
+constexpr double normal_spread_sin = 0.45;
+constexpr double normal_spread_cos = 0.89;
+constexpr std::size_t max_known_feet = 16;
+
+struct Candidate {
+    double lower;  ///< the triangle's part of the face is no nearer
+    int triangle;
+    Vec3 weights;  ///< of its nearest point
+};
+
+struct SurfaceFoot {
+    int face;
+    FaceSurface::Foot foot;
+};
+
+struct Facing {
+    int face;
+    Vec3 normal;
+};
+
+// One thread's working memory: kept so that queries allocate nothing once it has grown.
+struct Scratch {
+    std::vector<Candidate> candidates;
+    std::vector<SurfaceFoot> feet;
+    std::vector<CurveHit> hits;
+    std::vector<Facing> beside;
+    std::vector<Vec2> known;
+};
+
+Scratch& scratch() {
+    thread_local Scratch memory;
+    return memory;
+}
+
+struct Nearest {
+    std::optional<SurfaceFoot> on_face;
+    Vec3 point = Vec3::Zero();
+    double distance = infinity;
+};
+
+class Search {
+  public:
+    Search(const SearchModel& model, const Vec3& query)
+        : model_(model), query_(query), s_(scratch()) {
+        s_.feet.clear();
+    }
+
+    FootPoint plain() {
+        Nearest nearest = nearest_on_faces();
+        nearest_on_edges(nearest);
+        FootPoint answer;
+        answer.point = nearest.point;
+        answer.distance = nearest.distance;
+        list_faces_beside(nearest);
+        choose_face(answer);
+        return answer;
+    }
+
+    FootPoint facing(const Vec3& side) {
+        FootPoint answer = plain();
+        if (answer.normal.dot(side) > 0.0 || answer.normal.isZero(0.0)) return answer;
+        const Facing* best = nullptr;
+        for (const Facing& f : s_.beside) {
+            if (f.normal.dot(side) > (best != nullptr ? best->normal.dot(side) : 0.0)) best = &f;
+        }
+        if (best != nullptr) {
+            answer.face = best->face;
+            answer.normal = best->normal;
+            return answer;
+        }
+        return facing_within(side, answer.distance + model_.side_reach).value_or(answer);
+    }
+
+  private:
+    [[nodiscard]] const FaceSurface& surface(int face) const {
+        return model_.surfaces[std::size_t(face)];
+    }
+
+    // Triangles that may hold the nearest point, and a bound for its distance.
+    double collect_candidates() {
+        s_.candidates.clear();
+        const double bound =
+            model_.mesh.tree.nearest(query_, infinity, [&](int item, double limit) {
+                const MeshTriangle& t = model_.mesh.triangles[std::size_t(item)];
+                const TrianglePoint p = nearest_on(t, query_);
+                if (p.distance - t.error > limit) return limit;
+                s_.candidates.push_back({p.distance - t.error, item, p.weights});
+                return std::min(limit, p.distance + t.error + t.overhang);
+            });
+        std::erase_if(s_.candidates, [&](const Candidate& c) { return c.lower > bound; });
+        std::sort(s_.candidates.begin(), s_.candidates.end(),
+                  [](const Candidate& a, const Candidate& b) {
+                      return std::pair(a.lower, a.triangle) < std::pair(b.lower, b.triangle);
+                  });
+        return bound;
+    }
+
+    // Descends from a triangle's nearest point and calls `found` with each new local minimum. Where
+    // the surface curves more than a sphere around the query, one triangle may hold several.
+    template <class Found>
+    void descend(const MeshTriangle& t, const Vec3& nearest, double distance, Found&& found) {
+        const auto from = [&](const Vec3& w) {
+            const Vec2 uv = w[0] * t.uv[0] + w[1] * t.uv[1] + w[2] * t.uv[2];
+            s_.known.clear();
+            for (const SurfaceFoot& f : s_.feet)
+                if (f.face == t.face && s_.known.size() < max_known_feet)
+                    s_.known.push_back(f.foot.uv);
+            const auto foot = surface(t.face).descend(query_, {uv, 0.25 * t.longest}, s_.known);
+            if (foot.merged) return;
+            s_.feet.push_back({t.face, foot});
+            found(s_.feet.back());
+        };
+        from(nearest);
+        // The error of a piece of width w and curvature k is k w^2 / 8.
+        const double width = 2.0 * t.area / t.longest;
+        if (distance * 8.0 * t.error < 0.5 * width * width) return;
+        constexpr double third = 1.0 / 3.0, far = 2.0 / 3.0, near = 1.0 / 6.0;
+        for (const Vec3& w : {Vec3(third, third, third), Vec3(far, near, near),
+                              Vec3(near, far, near), Vec3(near, near, far)})
+            from(w);
+    }
+
+    Nearest nearest_on_faces() {
+        const double bound = collect_candidates();
+        Nearest nearest;
+        for (const Candidate& c : s_.candidates) {
+            if (c.lower > nearest.distance) break;
+            const MeshTriangle& t = model_.mesh.triangles[std::size_t(c.triangle)];
+            descend(t, c.weights, c.lower + t.error, [&](const SurfaceFoot& f) {
+                if (f.foot.distance < nearest.distance && surface(f.face).contains(f.foot.uv))
+                    nearest = {f, f.foot.point, f.foot.distance};
+            });
+        }
+        edge_bound_ = std::min(nearest.distance, bound);
+        return nearest;
+    }
+
+    void nearest_on_edges(Nearest& nearest) {
+        const double slack = coincident * model_.size;
+        collect_hits(edge_bound_ + slack);
+        if (s_.hits.empty() && !nearest.on_face) collect_hits(infinity);
+        for (const CurveHit& hit : s_.hits) {
+            if (hit.distance >= nearest.distance - 1e-12 * model_.size) continue;
+            nearest = {std::nullopt, hit.point, hit.distance};
+        }
+        if (nearest.distance < infinity || s_.candidates.empty()) return;
+        // A face without any edge and no foot in its trim: the triangulation is all there is.
+        const Candidate& c = s_.candidates.front();
+        const MeshTriangle& t = model_.mesh.triangles[std::size_t(c.triangle)];
+        FaceSurface::Foot foot;
+        foot.uv = c.weights[0] * t.uv[0] + c.weights[1] * t.uv[1] + c.weights[2] * t.uv[2];
+        foot.point = surface(t.face).at(foot.uv);
+        foot.distance = (foot.point - query_).norm();
+        nearest = {SurfaceFoot{t.face, foot}, foot.point, foot.distance};
+    }
+
+    void collect_hits(double bound) {
+        const double slack = coincident * model_.size;
+        s_.hits.clear();
+        model_.all_edges.visit(query_, bound, [&](const CurveHit& hit, double limit) {
+            s_.hits.push_back(hit);
+            return std::min(limit, hit.distance + slack);
+        });
+    }
+
+    void list_faces_beside(const Nearest& nearest) {
+        s_.beside.clear();
+        if (nearest.on_face) {
+            const int face = nearest.on_face->face;
+            s_.beside.push_back({face, surface(face).normal(nearest.on_face->foot.uv)});
+        }
+        for (const CurveHit& hit : s_.hits) {
+            const ModelEdge& edge = model_.network.edges[std::size_t(hit.edge)];
+            const double reach = 2.0 * edge.tolerance + coincident * model_.size;
+            if ((hit.point - nearest.point).norm() <= reach) add_uses(hit);
+        }
+    }
+
+    void add_uses(const CurveHit& hit) {
+        const ModelEdge& edge = model_.network.edges[std::size_t(hit.edge)];
+        for (const EdgeUse& use : edge.uses)
+            s_.beside.push_back({use.face, normal_beside(edge, use, hit.t, model_.surfaces)});
+    }
+
+    // Where faces meet at an angle, the one that looks most towards or away from the query tells
+    // the inside from the outside.
+    void choose_face(FootPoint& answer) const {
+        const Vec3 direction = answer.distance > coincident * model_.size
+                                   ? Vec3((query_ - answer.point) / answer.distance)
+                                   : Vec3(Vec3::Zero());
+        double best = -1.0;
+        for (const Facing& f : s_.beside) {
+            const double looks = std::abs(f.normal.dot(direction));
+            if (looks <= best + 1e-6) continue;
+            best = looks;
+            answer.face = f.face;
+            answer.normal = f.normal;
+        }
+    }
+
+    std::optional<FootPoint> facing_within(const Vec3& side, double reach) {
+        std::optional<FootPoint> best;
+        const auto offer = [&](const SurfaceFoot& f) {
+            // A foot held by the end of its face is no local minimum; sharp ends have their turn.
+            if (f.foot.distance > reach || f.foot.held[0] != 0 || f.foot.held[1] != 0) return;
+            if (!surface(f.face).contains(f.foot.uv)) return;
+            const Vec3 normal = surface(f.face).normal(f.foot.uv);
+            if (!(normal.dot(side) > 0.0)) return;
+            reach = f.foot.distance;
+            best = FootPoint{f.foot.point, normal, f.foot.distance, f.face};
+        };
+        for (const SurfaceFoot& f : s_.feet)
+            offer(f);
+        model_.mesh.tree.nearest(query_, reach, [&](int item, double) {
+            const MeshTriangle& t = model_.mesh.triangles[std::size_t(item)];
+            if (t.normal.dot(side) < -normal_spread_sin) return reach;
+            const TrianglePoint p = nearest_on(t, query_);
+            if (p.distance - t.error > reach || !may_be_below(t, p)) return reach;
+            descend(t, p.weights, p.distance, offer);
+            return reach;
+        });
+        const auto visit = [&](const CurveHit& hit, double limit) {
+            if (hit.distance >= limit) return limit;
+            s_.beside.clear();
+            add_uses(hit);
+            for (const Facing& f : s_.beside) {
+                if (!(f.normal.dot(side) > 0.0)) continue;
+                reach = hit.distance;
+                best = FootPoint{hit.point, f.normal, hit.distance, f.face};
+                break;
+            }
+            return reach;
+        };
+        model_.sharp_edges.visit(query_, reach, visit);
+        model_.free_edges.visit(query_, reach, visit);
+        return best;
+    }
+
+    // Whether the query can lie on a normal of the triangle's part of the surface.
+    [[nodiscard]] bool may_be_below(const MeshTriangle& t, const TrianglePoint& p) const {
+        const double height = std::abs((query_ - t.corner[0]).dot(t.normal));
+        return height >= normal_spread_cos * p.distance - t.error;
+    }
+
+    const SearchModel& model_;
+    Vec3 query_;
+    Scratch& s_;
+    double edge_bound_ = infinity;
+};
+
+}  // namespace
+
+FootPoint nearest_point(const SearchModel& model, const Vec3& query) {
+    return Search(model, query).plain();
+}
+
+FootPoint nearest_point_facing(const SearchModel& model, const Vec3& query, const Vec3& side) {
+    return Search(model, query).facing(side);
+}
+
+}  // namespace patchwright::occ

@@ -1,0 +1,34 @@
+// Search for foot points over faces and their boundary edges.
+#pragma once
+
+#include "curve_search.h"
+#include "face_surface.h"
+#include "model_edges.h"
+#include "reference_mesh.h"
+
+#include <patchwright/geom/reference_surface.h>
+
+#include <vector>
+
+namespace patchwright::occ {
+
+/// Everything a search needs to know of the model.
+struct SearchModel {
+    std::vector<FaceSurface> surfaces;
+    ReferenceMesh mesh;
+    EdgeNetwork network;
+    CurveSearch all_edges, sharp_edges, free_edges;
+    geom::Bvh corners;  ///< over network.corners
+    geom::Box3 bounds;
+    double size = 0.0;        ///< diagonal of `bounds`
+    double side_reach = 0.0;  ///< millimetres
+};
+
+/// True nearest point of the trimmed model.
+geom::FootPoint nearest_point(const SearchModel& model, const geom::Vec3& query);
+
+/// The same, preferring points that face `side` within the model's reach.
+geom::FootPoint nearest_point_facing(const SearchModel& model, const geom::Vec3& query,
+                                     const geom::Vec3& side);
+
+}  // namespace patchwright::occ

@@ -1,0 +1,25 @@
+// Kernel exceptions never leave the room: Standard_Failure is not a std::exception.
+#pragma once
+
+#include <patchwright/base/error.h>
+
+#include <Standard_Failure.hxx>
+
+#include <string>
+#include <utility>
+
+namespace patchwright::occ {
+
+/// Calls `body`; a kernel exception becomes an `ErrorType` whose message starts with `context`.
+template <class ErrorType, class Body>
+auto guard_kernel(const std::string& context, Body&& body) {
+    try {
+        return std::forward<Body>(body)();
+    } catch (const Standard_Failure& failure) {
+        const char* text = failure.GetMessageString();
+        throw ErrorType(context + ": CAD kernel: " + failure.DynamicType()->Name() +
+                        (text != nullptr && *text != '\0' ? std::string(": ") + text : ""));
+    }
+}
+
+}  // namespace patchwright::occ

@@ -1,0 +1,53 @@
+// The edges of a model as curves, and what kind of feature each is.
+#pragma once
+
+#include "face_surface.h"
+
+#include <Geom2d_Curve.hxx>
+#include <Geom_Curve.hxx>
+#include <TopoDS_Shape.hxx>
+
+#include <optional>
+#include <vector>
+
+namespace patchwright::occ {
+
+enum class EdgeKind { Smooth, Sharp, Free };
+
+/// One use of an edge by a face.
+struct EdgeUse {
+    int face = -1;
+    Handle(Geom2d_Curve) curve;  ///< in the face's parameters
+    double first = 0.0, last = 0.0;
+    bool reversed = false;  ///< the face's boundary runs against the edge's curve
+};
+
+struct ModelEdge {
+    Handle(Geom_Curve) curve;
+    double first = 0.0, last = 0.0;
+    double tolerance = 0.0;
+    int start = -1, end = -1;  ///< vertex numbers; equal for closed edges
+    std::vector<EdgeUse> uses;
+    EdgeKind kind = EdgeKind::Smooth;
+
+    [[nodiscard]] geom::Vec3 at(double t) const { return vec(curve->Value(t)); }
+    /// Unit tangent in the direction of growing t; zero where there is none.
+    [[nodiscard]] geom::Vec3 tangent(double t) const;
+};
+
+/// Outward normal of the using face beside the edge at curve parameter t; zero where it has none.
+geom::Vec3 normal_beside(const ModelEdge& edge, const EdgeUse& use, double t,
+                         const std::vector<FaceSurface>& surfaces);
+
+struct EdgeNetwork {
+    std::vector<ModelEdge> edges;  ///< without degenerate ones
+    std::vector<geom::Vec3> vertices;
+    std::vector<int> corners;  ///< vertices where features meet or end at an angle
+};
+
+/// Edges are sharp when most of their normals on both sides differ by more than `sharp_angle_rad`.
+/// @param faces, surfaces  the model's faces and what is under them, in the same order
+EdgeNetwork collect_edges(const TopoDS_Shape& shape, const std::vector<TopoDS_Face>& faces,
+                          const std::vector<FaceSurface>& surfaces, double sharp_angle_rad);
+
+}  // namespace patchwright::occ

@@ -1,0 +1,266 @@
+#include "occ/cad_model_impl.h"
+#include "occ/exchange_session.h"
+#include "occ/heal.h"
+#include "occ/kernel_guard.h"
+
+#include <patchwright/base/error.h>
+
+#include <APIHeaderSection_MakeHeader.hxx>
+#include <BRepBuilderAPI_Transform.hxx>
+#include <BRepTools.hxx>
+#include <BRep_Builder.hxx>
+#include <IGESControl_Reader.hxx>
+#include <IGESData_GlobalSection.hxx>
+#include <IGESData_IGESModel.hxx>
+#include <Interface_EntityIterator.hxx>
+#include <STEPControl_Reader.hxx>
+#include <StepData_StepModel.hxx>
+#include <TColStd_SequenceOfAsciiString.hxx>
+#include <TCollection_HAsciiString.hxx>
+#include <TopExp.hxx>
+#include <TopTools_IndexedMapOfShape.hxx>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <fstream>
+
+namespace patchwright::occ {
+
+namespace {
+
+using Path = std::filesystem::path;
+
+template <class... Args>
+[[noreturn]] void refuse(const Path& path, fmt::format_string<Args...> format, Args&&... args) {
+    throw base::InputError(
+        fmt::format("{}: {}", path.string(), fmt::format(format, std::forward<Args>(args)...)));
+}
+
+/// The first and the last part of a file: enough to tell what it is and whether all of it is there.
+struct FileEnds {
+    static constexpr std::streamoff part = 1 << 16;
+    std::string head, tail;
+
+    explicit FileEnds(const Path& path) {
+        if (std::filesystem::is_directory(path)) refuse(path, "is a folder; give a CAD file");
+        std::ifstream stream(path, std::ios::binary | std::ios::ate);
+        if (!stream) refuse(path, "cannot be opened; does it exist?");
+        const std::streamoff size = stream.tellg();
+        if (size <= 0) refuse(path, "is empty");
+        head = read(stream, 0, std::min(size, part));
+        tail = read(stream, std::max<std::streamoff>(0, size - part), std::min(size, part));
+    }
+    static std::string read(std::ifstream& stream, std::streamoff at, std::streamoff count) {
+        std::string text(std::size_t(count), '\0');
+        stream.seekg(at);
+        stream.read(text.data(), count);
+        return text;
+    }
+};
+
+std::string text_of(const Handle(TCollection_HAsciiString) & text) {
+    return text.IsNull() ? std::string() : std::string(text->ToCString());
+}
+
+void check_step(const Path& path) {
+    const FileEnds ends(path);
+    if (ends.head.find("ISO-10303-21;") == std::string::npos) {
+        refuse(path, "is not a STEP file: it does not start with ISO-10303-21");
+    }
+    if (ends.tail.find("END-ISO-10303-21;") == std::string::npos) {
+        refuse(path, "is cut off: END-ISO-10303-21 is missing; get a complete copy");
+    }
+}
+
+void check_iges(const Path& path) {
+    const FileEnds ends(path);
+    // Fixed-form lines have 80 columns; column 73 names the section, S comes first and T ends the
+    // file.
+    const auto section_of = [](const std::string& line) {
+        return line.size() >= 73 ? line[72] : ' ';
+    };
+    const std::string first = ends.head.substr(0, ends.head.find_first_of("\r\n"));
+    if (section_of(first) != 'S' && section_of(first) != 'G') {
+        refuse(
+            path,
+            "is not an IGES file in fixed form: the first line has no section letter in column 73");
+    }
+    std::size_t end = ends.tail.find_last_not_of("\r\n \t\x1a");
+    if (end == std::string::npos) refuse(path, "is cut off: the terminate section is missing");
+    std::size_t begin = ends.tail.find_last_of("\r\n", end);
+    begin = begin == std::string::npos ? 0 : begin + 1;
+    const std::string last = ends.tail.substr(begin, end - begin + 1);
+    if (section_of(last) != 'T') {
+        refuse(path, "is cut off: the terminate section is missing; get a complete copy");
+    }
+}
+
+std::optional<base::LengthUnit> unit_by_name(std::string name) {
+    std::transform(name.begin(), name.end(), name.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+    using base::LengthUnit;
+    constexpr std::array<std::pair<const char*, LengthUnit>, 15> names{{
+        {"MILLIMETRE", LengthUnit::Millimetre},
+        {"MILLIMETER", LengthUnit::Millimetre},
+        {"MM", LengthUnit::Millimetre},
+        {"CENTIMETRE", LengthUnit::Centimetre},
+        {"CENTIMETER", LengthUnit::Centimetre},
+        {"CM", LengthUnit::Centimetre},
+        {"METRE", LengthUnit::Metre},
+        {"METER", LengthUnit::Metre},
+        {"M", LengthUnit::Metre},
+        {"INCH", LengthUnit::Inch},
+        {"IN", LengthUnit::Inch},
+        {"FOOT", LengthUnit::Foot},
+        {"FEET", LengthUnit::Foot},
+        {"FT", LengthUnit::Foot},
+        {"INCHES", LengthUnit::Inch},
+    }};
+    for (const auto& [known, unit] : names) {
+        if (name == known) return unit;
+    }
+    return std::nullopt;
+}
+
+std::string step_schema_name(const std::string& identifier) {
+    const auto has = [&](const char* part) { return identifier.find(part) != std::string::npos; };
+    if (has("AP242")) return "AP242";
+    if (has("AUTOMOTIVE_DESIGN")) return "AP214";
+    if (has("CONFIG_CONTROL_DESIGN") || has("AP203")) return "AP203";
+    return identifier.substr(0, identifier.find(' '));
+}
+
+TopoDS_Shape read_step(const Path& path, ReadReport& report) {
+    check_step(path);
+    ExchangeSession session;
+    STEPControl_Reader reader;
+    if (reader.ReadFile(path.c_str()) != IFSelect_RetDone) {
+        refuse(path, "is not readable as STEP; the CAD kernel finds errors of syntax");
+    }
+    APIHeaderSection_MakeHeader header(reader.StepModel());
+    report.originating_system = text_of(header.OriginatingSystem());
+    if (header.NbSchemaIdentifiers() > 0) {
+        report.schema = step_schema_name(text_of(header.SchemaIdentifiersValue(1)));
+    }
+    TColStd_SequenceOfAsciiString lengths, angles, solid_angles;
+    reader.FileUnits(lengths, angles, solid_angles);
+    for (int i = 1; i <= lengths.Length(); ++i) {
+        const auto unit = unit_by_name(lengths(i).ToCString());
+        if (!unit) {
+            report.notices.push_back(
+                fmt::format("{}: unit '{}' has no short name here; lengths are right, "
+                            "reports use mm",
+                            path.string(), lengths(i).ToCString()));
+        } else if (i == 1) {
+            report.unit = *unit;
+        } else if (*unit != report.unit) {
+            report.notices.push_back(fmt::format("{}: parts are in different units ({} and {})",
+                                                 path.string(), base::short_name(report.unit),
+                                                 base::short_name(*unit)));
+        }
+    }
+    reader.TransferRoots();
+    return reader.OneShape();
+}
+
+TopoDS_Shape read_iges(const Path& path, ReadReport& report) {
+    check_iges(path);
+    ExchangeSession session;
+    IGESControl_Reader reader;
+    if (reader.ReadFile(path.c_str()) != IFSelect_RetDone) {
+        refuse(path, "is not readable as IGES; the CAD kernel finds errors of syntax");
+    }
+    const IGESData_GlobalSection global = reader.IGESModel()->GlobalSection();
+    report.originating_system = text_of(global.SystemId());
+    constexpr std::array versions{"",         "IGES 1.0",  "ANSI 1981", "IGES 2.0",
+                                  "IGES 3.0", "ASME 1987", "IGES 4.0",  "ASME 1989",
+                                  "IGES 5.0", "IGES 5.1",  "IGES 5.2",  "IGES 5.3"};
+    const int version = global.IGESVersion();
+    if (version > 0 && version < static_cast<int>(versions.size())) {
+        report.schema = versions[std::size_t(version)];
+    }
+    switch (global.UnitFlag()) {
+        case 1:
+            report.unit = base::LengthUnit::Inch;
+            break;
+        case 4:
+            report.unit = base::LengthUnit::Foot;
+            break;
+        case 6:
+            report.unit = base::LengthUnit::Metre;
+            break;
+        case 10:
+            report.unit = base::LengthUnit::Centimetre;
+            break;
+        case 3:
+            if (const auto unit = unit_by_name(text_of(global.UnitName()))) report.unit = *unit;
+            break;
+        case 2:
+            break;
+        default:
+            report.notices.push_back(
+                fmt::format("{}: unit flag {} has no short name here; lengths are "
+                            "right, reports use mm",
+                            path.string(), global.UnitFlag()));
+    }
+    reader.TransferRoots();
+    return reader.OneShape();
+}
+
+TopoDS_Shape read_brep(const Path& path) {
+    if (FileEnds(path).head.find("CASCADE Topology") == std::string::npos) {
+        refuse(path, "is not a BREP file in text form: the line 'CASCADE Topology' is missing");
+    }
+    TopoDS_Shape shape;
+    if (!BRepTools::Read(shape, path.c_str(), BRep_Builder()))
+        refuse(path, "is not readable as BREP");
+    return shape;
+}
+
+int face_count(const TopoDS_Shape& shape) {
+    TopTools_IndexedMapOfShape map;
+    if (!shape.IsNull()) TopExp::MapShapes(shape, TopAbs_FACE, map);
+    return map.Extent();
+}
+
+void apply_unit_override(TopoDS_Shape& shape, const ReadOptions& options, ReadReport& report) {
+    if (!options.unit || *options.unit == report.unit) return;
+    gp_Trsf scale;
+    scale.SetScaleFactor(base::millimetres_per(*options.unit) / base::millimetres_per(report.unit));
+    shape = BRepBuilderAPI_Transform(shape, scale, true).Shape();
+    report.notices.push_back(fmt::format("unit {} of the file is overridden by {}",
+                                         base::short_name(report.unit),
+                                         base::short_name(*options.unit)));
+    report.unit = *options.unit;
+}
+
+}  // namespace
+
+ReadResult read_cad(const Path& path, const ReadOptions& options) {
+    base::report_progress(options.progress, "read", 0.0);
+    ReadReport report;
+    report.format = file_format(path);
+    auto impl = std::make_shared<CadModel::Impl>();
+    guard_kernel<base::InputError>(path.string(), [&] {
+        TopoDS_Shape shape = report.format == FileFormat::Step   ? read_step(path, report)
+                             : report.format == FileFormat::Iges ? read_iges(path, report)
+                                                                 : read_brep(path);
+        report.faces_in_file = face_count(shape);
+        if (report.faces_in_file == 0) {
+            refuse(path,
+                   "holds no faces that the CAD kernel can transfer; export it anew with surfaces");
+        }
+        base::report_progress(options.progress, "read", 0.5);
+        apply_unit_override(shape, options, report);
+        shape = keep_faces(shape);
+        report.free_edges_before = count_free_edges(shape);
+        impl->shape = options.heal ? heal(shape, options.max_sewing_tolerance_rel, report) : shape;
+        report.free_edges_after = count_free_edges(impl->shape);
+    });
+    base::report_progress(options.progress, "read", 1.0);
+    return {CadModel(std::move(impl)), std::move(report)};
+}
+
+}  // namespace patchwright::occ

@@ -1,0 +1,255 @@
+#include "reference_mesh.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/base/parallel.h>
+
+#include <BRepBuilderAPI_Copy.hxx>
+#include <BRepLib.hxx>
+#include <BRepMesh_IncrementalMesh.hxx>
+#include <BRepTools.hxx>
+#include <BRep_Tool.hxx>
+#include <Geom_Curve.hxx>
+#include <Poly_PolygonOnTriangulation.hxx>
+#include <Poly_Triangulation.hxx>
+#include <ShapeFix_Edge.hxx>
+#include <TopExp.hxx>
+#include <TopExp_Explorer.hxx>
+#include <TopTools_IndexedMapOfShape.hxx>
+#include <TopoDS.hxx>
+#include <TopoDS_Edge.hxx>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+namespace patchwright::occ {
+
+using geom::Vec3;
+
+namespace {
+
+// Deviations are seen at a few points of a triangle only.
+constexpr double safety = 1.5;
+constexpr double angular_deflection_rad = 0.3;
+
+double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
+    const Vec3 along = b - a;
+    const double length = along.squaredNorm();
+    const double s = length > 0.0 ? std::clamp((p - a).dot(along) / length, 0.0, 1.0) : 0.0;
+    return (a + s * along - p).norm();
+}
+
+using SideMap = std::map<std::pair<int, int>, std::size_t>;
+
+// Largest distance between a piece of boundary curve and what the surface makes of its chord in (u, v).
+double sickle_width(const FaceSurface& surface, const Vec2& a, const Vec2& b,
+                    const Handle(Geom_Curve) & curve, double t0, double t1) {
+    constexpr int pieces = 4;
+    std::array<Vec3, pieces + 1> on_chord;
+    for (int i = 0; i <= pieces; ++i)
+        on_chord[std::size_t(i)] = surface.at(a + (b - a) * i / pieces);
+    double width = 0.0;
+    for (const double s : {0.0, 0.2, 0.4, 0.6, 0.8, 1.0}) {
+        const Vec3 p = vec(curve->Value(t0 + s * (t1 - t0)));
+        double nearest = std::numeric_limits<double>::infinity();
+        for (std::size_t i = 0; i < pieces; ++i)
+            nearest = std::min(nearest, distance_to_segment(p, on_chord[i], on_chord[i + 1]));
+        width = std::max(width, nearest);
+    }
+    return width;
+}
+
+// Between a face's boundary and the chords that stand for it in (u, v) lie sickles that no triangle
+// covers, or that triangles cover though they are not part of the face.
+void add_boundary_errors(const TopoDS_Face& face, const FaceSurface& surface,
+                         const Handle(Poly_Triangulation) & mesh, const TopLoc_Location& location,
+                         const SideMap& sides, std::size_t first,
+                         std::vector<MeshTriangle>& triangles) {
+    double widest = 0.0;
+    for (TopExp_Explorer it(face, TopAbs_EDGE); it.More(); it.Next()) {
+        const TopoDS_Edge& edge = TopoDS::Edge(it.Current());
+        if (BRep_Tool::Degenerated(edge)) continue;
+        double t0 = 0.0, t1 = 0.0;
+        const Handle(Geom_Curve) curve = BRep_Tool::Curve(edge, t0, t1);
+        const Handle(Poly_PolygonOnTriangulation) polygon =
+            BRep_Tool::PolygonOnTriangulation(edge, mesh, location);
+        if (curve.IsNull() || polygon.IsNull() || !polygon->HasParameters()) continue;
+        const auto& nodes = polygon->Nodes();
+        const auto& at = polygon->Parameters()->Array1();
+        for (int i = nodes.Lower(); i < nodes.Upper(); ++i) {
+            const int k = at.Lower() + i - nodes.Lower();
+            const double width =
+                safety * sickle_width(surface, vec(mesh->UVNode(nodes(i))),
+                                      vec(mesh->UVNode(nodes(i + 1))), curve, at(k), at(k + 1));
+            widest = std::max(widest, width);
+            const auto side = sides.find(std::minmax(nodes(i), nodes(i + 1)));
+            if (side == sides.end()) continue;
+            MeshTriangle& triangle = triangles[side->second];
+            triangle.error = std::max(triangle.error, width);
+        }
+    }
+    for (std::size_t i = first; i < triangles.size(); ++i) triangles[i].overhang = widest;
+}
+
+void append_kernel_mesh(const TopoDS_Face& face, const FaceSurface& surface, int number,
+                        const Handle(Poly_Triangulation) & mesh, const TopLoc_Location& location,
+                        std::vector<MeshTriangle>& triangles) {
+    SideMap sides;
+    const std::size_t first = triangles.size();
+    const gp_Trsf transform = location.Transformation();
+    for (int i = 1; i <= mesh->NbTriangles(); ++i) {
+        std::array<int, 3> node{};
+        mesh->Triangle(i).Get(node[0], node[1], node[2]);
+        MeshTriangle triangle;
+        triangle.face = number;
+        for (std::size_t k = 0; k < 3; ++k) {
+            triangle.corner[k] = vec(mesh->Node(node[k]).Transformed(transform));
+            triangle.uv[k] = vec(mesh->UVNode(node[k]));
+            sides[std::minmax(node[k], node[(k + 1) % 3])] = triangles.size();
+        }
+        triangles.push_back(triangle);
+    }
+    add_boundary_errors(face, surface, mesh, location, sides, first, triangles);
+}
+
+// Covers the rectangle around a face the kernel could not triangulate; what lies outside the trim
+// only costs time, as feet are tested.
+void append_grid(const FaceSurface& surface, int number, std::vector<MeshTriangle>& triangles) {
+    constexpr int cells = 48;
+    const Vec2 range = surface.high() - surface.low();
+    const auto uv = [&](int i, int j) {
+        return Vec2(surface.low() + Vec2(range[0] * i / cells, range[1] * j / cells));
+    };
+    const auto add = [&](const Vec2& a, const Vec2& b, const Vec2& c) {
+        MeshTriangle triangle;
+        triangle.face = number;
+        triangle.overhang = std::numeric_limits<double>::infinity();
+        triangle.uv = {a, b, c};
+        for (std::size_t k = 0; k < 3; ++k)
+            triangle.corner[k] = surface.at(triangle.uv[k]);
+        triangles.push_back(triangle);
+    };
+    for (int i = 0; i < cells; ++i) {
+        for (int j = 0; j < cells; ++j) {
+            add(uv(i, j), uv(i + 1, j), uv(i + 1, j + 1));
+            add(uv(i, j), uv(i + 1, j + 1), uv(i, j + 1));
+        }
+    }
+}
+
+void measure(MeshTriangle& triangle, const FaceSurface& surface, double size) {
+    const auto& [a, b, c] = triangle.corner;
+    const Vec3 cross = (b - a).cross(c - a);
+    triangle.area = 0.5 * cross.norm();
+    triangle.longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+    const Vec2 ab = triangle.uv[1] - triangle.uv[0], ac = triangle.uv[2] - triangle.uv[0];
+    const double turn = ab[0] * ac[1] - ab[1] * ac[0] < 0.0 ? -1.0 : 1.0;
+    triangle.normal = surface.orientation() * turn * cross.normalized();
+    double off = 0.0;
+    constexpr double third = 1.0 / 3.0;
+    for (const Vec3& w : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1), Vec3(0.5, 0.5, 0),
+                          Vec3(0, 0.5, 0.5), Vec3(0.5, 0, 0.5), Vec3(third, third, third)}) {
+        const Vec2 uv = w[0] * triangle.uv[0] + w[1] * triangle.uv[1] + w[2] * triangle.uv[2];
+        off = std::max(off, nearest_on(triangle, surface.at(uv)).distance);
+    }
+    // What is in a sickle beside the triangle is off the triangle by both.
+    triangle.error += safety * off + 1e-12 * size;
+}
+
+}  // namespace
+
+TrianglePoint nearest_on(const MeshTriangle& triangle, const Vec3& query) {
+    // Voronoi regions of the corners, then of the sides, then the plane (Ericson, Real-time
+    // collision detection, 2004, 5.1.5).
+    const auto& [a, b, c] = triangle.corner;
+    const Vec3 ab = b - a, ac = c - a, ap = query - a, bp = query - b, cp = query - c;
+    const double d1 = ab.dot(ap), d2 = ac.dot(ap), d3 = ab.dot(bp), d4 = ac.dot(bp),
+                 d5 = ab.dot(cp), d6 = ac.dot(cp);
+    const double va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
+    Vec3 w;
+    if (d1 <= 0.0 && d2 <= 0.0) {
+        w = {1, 0, 0};
+    } else if (d3 >= 0.0 && d4 <= d3) {
+        w = {0, 1, 0};
+    } else if (d6 >= 0.0 && d5 <= d6) {
+        w = {0, 0, 1};
+    } else if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) {
+        const double s = d1 / (d1 - d3);
+        w = {1 - s, s, 0};
+    } else if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) {
+        const double s = d2 / (d2 - d6);
+        w = {1 - s, 0, s};
+    } else if (va <= 0.0 && d4 >= d3 && d5 >= d6) {
+        const double s = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        w = {0, 1 - s, s};
+    } else {
+        w = Vec3(va, vb, vc) / (va + vb + vc);
+    }
+    if (!w.allFinite()) w = {1, 0, 0};
+    return {w, (w[0] * a + w[1] * b + w[2] * c - query).norm()};
+}
+
+SearchableShape make_searchable(const TopoDS_Shape& shape) {
+    SearchableShape result;
+    result.shape = BRepBuilderAPI_Copy(shape, Standard_False, Standard_False).Shape();
+    BRepLib::BuildCurves3d(result.shape);
+    TopTools_IndexedMapOfShape originals, faces;
+    TopExp::MapShapes(shape, TopAbs_FACE, originals);
+    TopExp::MapShapes(result.shape, TopAbs_FACE, faces);
+    if (originals.Extent() != faces.Extent())
+        throw base::InputError("CAD model: faces were lost while copying; heal the file");
+    for (int i = 1; i <= faces.Extent(); ++i) {
+        const TopoDS_Face& face = TopoDS::Face(faces(i));
+        for (TopExp_Explorer it(face, TopAbs_EDGE); it.More(); it.Next()) {
+            const TopoDS_Edge& edge = TopoDS::Edge(it.Current());
+            double first = 0.0, last = 0.0;
+            if (BRep_Tool::CurveOnSurface(edge, face, first, last).IsNull())
+                ShapeFix_Edge().FixAddPCurve(edge, face, Standard_False);
+        }
+        result.faces.push_back(face);
+    }
+    return result;
+}
+
+ReferenceMesh triangulate(const SearchableShape& model, const std::vector<FaceSurface>& surfaces,
+                          double deflection) {
+    const BRepMesh_IncrementalMesh mesher(model.shape, deflection, Standard_False,
+                                          angular_deflection_rad, Standard_True);
+    ReferenceMesh mesh;
+    for (std::size_t i = 0; i < model.faces.size(); ++i) {
+        mesh.first.push_back(mesh.triangles.size());
+        if (surfaces[i].unbounded()) continue;
+        TopLoc_Location location;
+        const Handle(Poly_Triangulation) made = BRep_Tool::Triangulation(model.faces[i], location);
+        if (!made.IsNull() && made->NbTriangles() > 0 && made->HasUVNodes()) {
+            append_kernel_mesh(model.faces[i], surfaces[i], int(i), made, location, mesh.triangles);
+        } else {
+            append_grid(surfaces[i], int(i), mesh.triangles);
+            ++mesh.faces_without;
+        }
+    }
+    mesh.first.push_back(mesh.triangles.size());
+    BRepTools::Clean(model.shape);
+
+    geom::Box3 bounds;
+    for (const MeshTriangle& t : mesh.triangles)
+        for (const Vec3& p : t.corner)
+            bounds.add(p);
+    std::vector<geom::Box3> boxes(mesh.triangles.size());
+    base::parallel_for(boxes.size(), 512, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            MeshTriangle& t = mesh.triangles[i];
+            measure(t, surfaces[std::size_t(t.face)], bounds.diagonal());
+            for (const Vec3& p : t.corner)
+                boxes[i].add(p);
+            boxes[i].min.array() -= t.error;
+            boxes[i].max.array() += t.error;
+        }
+    });
+    mesh.tree = geom::Bvh(boxes);
+    return mesh;
+}
+
+}  // namespace patchwright::occ

@@ -1,0 +1,57 @@
+// The triangulation that seeds foot points: how far it is from the true faces is part of it.
+#pragma once
+
+#include "face_surface.h"
+
+#include <patchwright/geom/bvh.h>
+
+#include <TopoDS_Face.hxx>
+#include <TopoDS_Shape.hxx>
+
+#include <array>
+#include <vector>
+
+namespace patchwright::occ {
+
+struct MeshTriangle {
+    std::array<geom::Vec3, 3> corner;
+    std::array<Vec2, 3> uv;
+    geom::Vec3 normal;  ///< unit, outward; zero when the triangle has no area
+    double area = 0.0;
+    double error = 0.0;    ///< largest distance between the triangle and its part of the face
+    /// The face's trim may leave out parts of the triangle, but none farther than this from its edge.
+    double overhang = 0.0;
+    double longest = 0.0;  ///< side
+    int face = -1;
+};
+
+/// Nearest point of a triangle in barycentric weights.
+struct TrianglePoint {
+    Eigen::Vector3d weights;
+    double distance;
+};
+
+TrianglePoint nearest_on(const MeshTriangle& triangle, const geom::Vec3& query);
+
+struct ReferenceMesh {
+    std::vector<MeshTriangle> triangles;  ///< face by face
+    std::vector<std::size_t> first;       ///< of each face's triangles, and one past the last
+    geom::Bvh tree;                       ///< over the triangles' boxes grown by their errors
+    int faces_without = 0;                ///< faces the kernel could not triangulate; given a grid
+};
+
+/// A copy of a model that shares its geometry but not its triangulation, made fit for searching:
+/// every edge with a curve in space and one on each face.
+struct SearchableShape {
+    TopoDS_Shape shape;
+    std::vector<TopoDS_Face> faces;  ///< in the model's order
+};
+
+SearchableShape make_searchable(const TopoDS_Shape& shape);
+
+/// Triangulates the faces in place, reads the result, and removes it from the shape again.
+/// @param deflection  millimetres
+ReferenceMesh triangulate(const SearchableShape& model, const std::vector<FaceSurface>& surfaces,
+                          double deflection);
+
+}  // namespace patchwright::occ

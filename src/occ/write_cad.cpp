@@ -1,0 +1,154 @@
+#include "occ/cad_model_impl.h"
+#include "occ/exchange_session.h"
+#include "occ/kernel_guard.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/base/pending_file.h>
+#include <patchwright/base/version.h>
+
+#include <APIHeaderSection_MakeHeader.hxx>
+#include <BRepTools.hxx>
+#include <IGESControl_Writer.hxx>
+#include <IGESData_GlobalSection.hxx>
+#include <IGESData_IGESModel.hxx>
+#include <STEPConstruct.hxx>
+#include <STEPControl_Writer.hxx>
+#include <StepData_StepModel.hxx>
+#include <StepRepr_RepresentationItem.hxx>
+#include <TCollection_HAsciiString.hxx>
+#include <Transfer_FinderProcess.hxx>
+#include <XSControl_TransferWriter.hxx>
+#include <XSControl_WorkSession.hxx>
+#include <fmt/format.h>
+
+namespace patchwright::occ {
+
+namespace {
+
+using Path = std::filesystem::path;
+
+/// The kernel's names of the units, for STEP and for IGES.
+const char* kernel_unit(base::LengthUnit unit) {
+    switch (unit) {
+        case base::LengthUnit::Millimetre:
+            return "MM";
+        case base::LengthUnit::Centimetre:
+            return "CM";
+        case base::LengthUnit::Metre:
+            return "M";
+        case base::LengthUnit::Inch:
+            return "INCH";
+        case base::LengthUnit::Foot:
+            return "FT";
+    }
+    return "MM";
+}
+
+int kernel_schema(StepSchema schema) {
+    switch (schema) {
+        case StepSchema::Ap203:
+            return 3;
+        case StepSchema::Ap214:
+            return 4;  // AP214IS
+        case StepSchema::Ap242:
+            return 5;  // AP242DIS
+    }
+    return 4;
+}
+
+[[noreturn]] void refuse(const Path& path, const char* what) {
+    throw base::OutputError(fmt::format("{}: the CAD kernel could not {}", path.string(), what));
+}
+
+Handle(TCollection_HAsciiString) kernel_string(const std::string& text) {
+    return new TCollection_HAsciiString(text.c_str());
+}
+
+/// What identifies us in a file; the time is fixed so that equal models give equal bytes.
+struct Signature {
+    std::string system = fmt::format("patchwright {}", base::version());
+    std::string step_time = "1970-01-01T00:00:00";
+    std::string iges_time = "19700101.000000";
+};
+
+void name_step_faces(STEPControl_Writer& writer, const CadModel& model) {
+    const auto process = writer.WS()->TransferWriter()->FinderProcess();
+    const auto faces = faces_of(model);
+    const auto& names = model.impl().face_names;
+    for (std::size_t f = 0; f < std::min(faces.size(), names.size()); ++f) {
+        const auto item = STEPConstruct::FindEntity(process, faces[f]);
+        if (!item.IsNull()) item->SetName(kernel_string(names[f]));
+    }
+}
+
+void write_step(const CadModel& model, const Path& target, const Path& temporary,
+                const WriteOptions& options) {
+    ExchangeSession session;
+    const std::string name = target.stem().string();
+    session.set("write.step.schema", kernel_schema(options.schema));
+    session.set("write.step.unit", kernel_unit(options.unit));
+    session.set("write.step.product.name", name);
+    STEPControl_Writer writer;
+    if (writer.Transfer(model.impl().shape, STEPControl_AsIs) != IFSelect_RetDone) {
+        refuse(target, "translate the model to STEP");
+    }
+    name_step_faces(writer, model);
+    const Signature signature;
+    APIHeaderSection_MakeHeader header(writer.Model());
+    header.SetName(kernel_string(name));
+    header.SetTimeStamp(kernel_string(signature.step_time));
+    header.SetAuthorValue(1, kernel_string(""));
+    header.SetOrganizationValue(1, kernel_string(""));
+    header.SetOriginatingSystem(kernel_string(signature.system));
+    header.SetPreprocessorVersion(kernel_string(signature.system));
+    header.SetDescriptionValue(1, kernel_string("untrimmed bicubic B-spline patches"));
+    if (writer.Write(temporary.c_str()) != IFSelect_RetDone)
+        refuse(target, "write the file; disk full?");
+}
+
+void write_iges(const CadModel& model, const Path& target, const Path& temporary,
+                const WriteOptions& options) {
+    ExchangeSession session;
+    // Mode 1: B-rep entities with shared edges, not independent trimmed faces.
+    IGESControl_Writer writer(
+        options.unit == base::LengthUnit::Inch ? "IN" : kernel_unit(options.unit), 1);
+    if (!writer.AddShape(model.impl().shape)) refuse(target, "translate the model to IGES");
+    writer.ComputeModel();
+    const Signature signature;
+    IGESData_GlobalSection global = writer.Model()->GlobalSection();
+    global.SetSendName(kernel_string(target.stem().string()));
+    global.SetReceiveName(kernel_string(target.stem().string()));
+    global.SetFileName(kernel_string(target.filename().string()));
+    global.SetSystemId(kernel_string(signature.system));
+    global.SetInterfaceVersion(kernel_string(signature.system));
+    global.SetDate(kernel_string(signature.iges_time));
+    global.SetLastChangeDate(kernel_string(signature.iges_time));
+    global.SetAuthorName(kernel_string(""));
+    global.SetCompanyName(kernel_string(""));
+    writer.Model()->SetGlobalSection(global);
+    if (!writer.Write(temporary.c_str())) refuse(target, "write the file; disk full?");
+}
+
+}  // namespace
+
+void write_cad(const CadModel& model, const Path& path, const WriteOptions& options) {
+    const FileFormat format = file_format(path);
+    base::PendingFile pending(path);
+    guard_kernel<base::OutputError>(path.string(), [&] {
+        switch (format) {
+            case FileFormat::Step:
+                write_step(model, path, pending.path(), options);
+                break;
+            case FileFormat::Iges:
+                write_iges(model, path, pending.path(), options);
+                break;
+            case FileFormat::Brep:
+                if (!BRepTools::Write(model.impl().shape, pending.path().c_str())) {
+                    refuse(path, "write the file; disk full?");
+                }
+        }
+    });
+    pending.commit();
+}
+
+}  // namespace patchwright::occ

@@ -1,0 +1,231 @@
+"""The command line as a user meets it: exit codes, one-line errors, reports, files left alone.
+
+Usage: cli_test.py PATCHWRIGHT SAMPLES_DIR [unittest arguments]
+"""
+import json
+import math
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+PATCHWRIGHT = sys.argv[1]
+SAMPLES = pathlib.Path(sys.argv[2])
+WING = SAMPLES / "wing"
+
+
+def run(*arguments, **options):
+    return subprocess.run([PATCHWRIGHT, *map(str, arguments)], capture_output=True, text=True, timeout=300, **options)
+
+
+class CliTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="patchwright"))
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def path(self, name, text=None):
+        path = self.folder / name
+        if text is not None:
+            path.write_text(text)
+        return path
+
+    def check_error(self, result, code, *parts):
+        self.assertEqual(result.returncode, code, result.stderr)
+        lines = [line for line in result.stderr.splitlines() if not line.startswith("note: ")]
+        self.assertEqual(len(lines), 1, result.stderr)
+        for part in parts:
+            self.assertIn(part, lines[0])
+        self.assertEqual(result.stdout, "")
+
+    def check_refused(self, arguments, code, *parts):
+        """`{out}` in the arguments is an existing file, which must stay as it is, alone in its folder."""
+        folder = self.folder / "out"
+        folder.mkdir(exist_ok=True)
+        for suffix in (".step", ".obj"):
+            (folder / f"old{suffix}").write_text("old")
+        arguments = [str(a).replace("{out}", str(folder / "old")) for a in arguments]
+        self.check_error(run(*arguments), code, *parts)
+        self.assertEqual(sorted(os.listdir(folder)), ["old.obj", "old.step"])
+        for old in folder.iterdir():
+            self.assertEqual(old.read_text(), "old")
+
+
+class Errors(CliTest):
+    def test_usage(self):
+        for arguments in ([], ["frobnicate"], ["convert"], ["export", "a.obj"], ["subdivide", "a.obj", "-n", "-1", "-o", "b.obj"],
+                          ["convert", WING / "wing.igs", "-o", "x.step", "--cage", "c.obj", "--tolerance", "1parsec"],
+                          ["convert", WING / "wing.igs", "-o", "x.step"],
+                          ["inspect", WING / "wing.igs", "--input-unit", "furlong"]):
+            with self.subTest(arguments=arguments):
+                self.check_error(run(*arguments), 1)
+
+    def test_help_and_version(self):
+        for arguments in (["--help"], ["--version"], ["convert", "--help"]):
+            result = run(*arguments)
+            self.assertEqual(result.returncode, 0)
+            self.assertIn("patchwright" if arguments != ["convert", "--help"] else "--tolerance", result.stdout)
+
+    def test_unusable_cad_files(self):
+        step = (WING / "wing.step").read_text()
+        iges = (WING / "wing.igs").read_text()
+        bad = {
+            "missing.step": None,
+            "text.step": "This is not a STEP file.\n",
+            "empty.igs": "",
+            "text.igs": "hello\n" * 40,
+            "cut.step": step[: len(step) // 2],
+            "cut.igs": iges[: len(iges) // 2],
+            "text.brep": "no shape\n",
+            "wing.dwg": "x",
+        }
+        for name, text in bad.items():
+            with self.subTest(name=name):
+                file = self.path(name, text)
+                self.check_refused(["inspect", file], 2, name)
+                self.check_refused(["convert", file, "--cage", WING / "wing_cage.obj", "-o", "{out}.step"], 2, name)
+        self.check_refused(["inspect", self.folder], 2, str(self.folder))
+
+    def test_unusable_cages(self):
+        square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+        bad = {
+            "nan": ("v 0 0 nan\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", "vertex 0"),
+            "range": (square + "f 1 2 3 7\n", "vertex 7"),
+            "nonmanifold": (square + "v 0 0 1\nv 0 0 2\nf 1 2 3 4\nf 1 2 5\nf 2 1 6\n", "edge 0-1"),
+            "empty": ("", "no vertices"),
+        }
+        for name, (text, part) in bad.items():
+            with self.subTest(name=name):
+                cage = self.path(f"{name}.obj", text)
+                self.check_refused(["export", cage, "-o", "{out}.step"], 2, f"{name}.obj", part)
+                self.check_refused(["subdivide", cage, "-n", "1", "-o", "{out}.obj"], 2, f"{name}.obj", part)
+                self.check_refused(["fit", WING / "wing.step", "--cage", cage, "-o", "{out}.obj"], 2, f"{name}.obj", part)
+        self.check_refused(["export", self.folder / "none.obj", "-o", "{out}.step"], 2, "none.obj")
+
+    def test_outputs_that_cannot_be_written(self):
+        cage = SAMPLES / "cages" / "cube.obj"
+        self.check_error(run("export", cage, "-o", self.folder / "no" / "such" / "folder.step"), 4, "folder.step")
+        self.check_error(run("subdivide", cage, "-n", 1, "-o", self.folder), 4, str(self.folder))
+        self.check_error(run("export", cage, "-o", self.folder / "a.xyz"), 2, "a.xyz")
+
+
+class Results(CliTest):
+    def report(self, *arguments, code=0):
+        file = self.path("report.json")
+        result = run(*arguments, "--json", file)
+        self.assertEqual(result.returncode, code, result.stderr)
+        return json.loads(file.read_text())
+
+    def test_export_of_every_sample_cage(self):
+        for name, closed in {"cube": True, "cube_rim": True, "torus": True, "genus2": True, "dish": False}.items():
+            for suffix in ("step", "brep", "igs"):
+                with self.subTest(name=name, suffix=suffix):
+                    report = self.report("export", SAMPLES / "cages" / f"{name}.obj", "-o", self.path(f"{name}.{suffix}"))
+                    solid = report["solid"]
+                    self.assertTrue(solid["valid"])
+                    self.assertTrue(solid["all_bicubic"])
+                    self.assertEqual(solid["closed"], closed)
+                    self.assertEqual(solid["faces"], report["patches"]["count"])
+                    self.assertEqual(solid["nonmanifold_edges"], 0)
+                    if suffix != "igs":
+                        self.assertEqual(solid["solids"], 1 if closed else 0)
+                    if closed:
+                        self.assertEqual(solid["free_edges"], 0)
+                        self.assertGreater(solid["volume"], 0)
+                    box = solid["bounds"]
+                    diagonal = math.dist(box["min"], box["max"])
+                    self.assertLess(report["continuity"]["max_gap"], 1e-9 * diagonal)
+                    # The remaining kink at valence up to 6 with eight knot levels (MATH: 0.5 degrees at 6).
+                    self.assertLess(report["continuity"]["max_kink_deg"], 1.0)
+                    self.assertEqual(report["continuity"]["creases"] > 0, name == "cube_rim")
+
+    def test_a_subdivided_cage_exports_the_same_surface(self):
+        for name in ("cube", "cube_rim", "torus", "genus2", "dish"):
+            with self.subTest(name=name):
+                cage = SAMPLES / "cages" / f"{name}.obj"
+                fine = self.path("fine.obj")
+                self.report("subdivide", cage, "-n", 1, "-o", fine)
+                # Deep caps: what is left of the difference inside them falls below the bound.
+                self.report("export", cage, "-o", self.path("a.step"), "--cap-depth", 16)
+                self.report("export", fine, "-o", self.path("b.step"), "--cap-depth", 16)
+                report = self.report("compare", self.path("a.step"), self.path("b.step"), "--samples", 4000)
+                diagonal = report["input"]["diagonal"]
+                for side in report["deviation"].values():
+                    self.assertLess(side["max"], 1e-9 * diagonal)
+
+    def test_units_of_the_output(self):
+        cage = SAMPLES / "cages" / "cube.obj"
+        volume = self.report("export", cage, "-o", self.path("mm.step"))["solid"]["volume"]
+        report = self.report("export", cage, "-o", self.path("inch.step"), "--unit", "in")
+        self.assertEqual(report["unit"], "in")
+        self.assertAlmostEqual(report["solid"]["volume"] * 25.4**3 / volume, 1.0, delta=1e-9)
+        inspected = self.report("inspect", self.path("inch.step"))
+        self.assertEqual(inspected["input"]["unit"], "in")
+        self.assertAlmostEqual(inspected["solid"]["volume"] * 25.4**3 / volume, 1.0, delta=1e-9)
+
+    def test_two_runs_write_identical_bytes(self):
+        cage = SAMPLES / "cages" / "genus2.obj"
+        for suffix in ("step", "igs", "brep"):
+            texts = []
+            for i in (1, 2):
+                folder = self.folder / str(i)
+                folder.mkdir(exist_ok=True)
+                self.report("export", cage, "-o", folder / f"a.{suffix}")
+                texts.append((folder / f"a.{suffix}").read_bytes())
+            self.assertEqual(texts[0], texts[1], suffix)
+
+    def test_face_names_are_written(self):
+        self.report("export", WING / "wing_cage.obj", "-o", self.path("wing.step"))
+        text = self.path("wing.step").read_text()
+        for name in ("upper:", "lower:", "te:", "tip:", "root:"):
+            self.assertIn(f"ADVANCED_FACE('{name}", text)
+
+    def test_fit_writes_a_cage_that_exports(self):
+        fitted = self.path("fitted.obj")
+        report = self.report("fit", WING / "wing.step", "--cage", WING / "wing_cage.obj", "-o", fitted, "--tolerance", "1e-3rel")
+        self.assertTrue(report["fit"]["met"])
+        self.report("export", fitted, "-o", self.path("fitted.step"))
+
+    def test_a_missed_tolerance_is_said_and_written(self):
+        out = self.path("rough.step")
+        report = self.report("convert", WING / "wing.step", "--cage", WING / "wing_cage.obj", "-o", out,
+                             "--tolerance", "1e-9rel", "--max-levels", 0, code=3)
+        self.assertFalse(report["fit"]["met"])
+        self.assertTrue(out.exists())
+
+    def test_interrupt_stops_cleanly(self):
+        out = self.path("wing.step", "old")
+        process = subprocess.Popen([PATCHWRIGHT, "convert", str(WING / "wing.igs"), "--cage", str(WING / "wing_cage.obj"), "-o",
+                                    str(out), "--tolerance", "1e-7rel"], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)
+        _, error = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 130, error)
+        self.assertEqual(out.read_text(), "old")
+        self.assertEqual(os.listdir(self.folder), ["wing.step"])
+
+
+class Demo(CliTest):
+    def test_the_sample_wing_becomes_one_closed_solid(self):
+        file = self.path("wing.json")
+        result = run("convert", WING / "wing.igs", "--cage", WING / "wing_cage.obj", "-o", self.path("wing.step"),
+                     "--json", file, "--report", self.path("wing.html"), "--cage-out", self.path("fitted.obj"))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        report = json.loads(file.read_text())
+        solid = report["solid"]
+        self.assertEqual((solid["solids"], solid["free_edges"], solid["nonmanifold_edges"]), (1, 0, 0))
+        self.assertTrue(solid["closed"] and solid["valid"] and solid["all_bicubic"])
+        diagonal = report["input"]["diagonal"]
+        self.assertEqual(report["input"]["unit"], "in")
+        self.assertLess(report["continuity"]["max_gap"], 1e-9 * diagonal)
+        for side in report["deviation"].values():
+            self.assertLess(side["max"], 1e-3 * diagonal)
+        self.assertIn("Deviation", self.path("wing.html").read_text())
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])

@@ -1,0 +1,418 @@
+#include "occ/shapes.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/base/parallel.h>
+
+#include <BRepBuilderAPI_MakeFace.hxx>
+#include <BRepBuilderAPI_MakePolygon.hxx>
+#include <BRepBuilderAPI_NurbsConvert.hxx>
+#include <BRepFilletAPI_MakeFillet.hxx>
+#include <BRepPrimAPI_MakeCone.hxx>
+#include <BRepPrimAPI_MakePrism.hxx>
+#include <BRepPrimAPI_MakeSphere.hxx>
+#include <BRepPrimAPI_MakeTorus.hxx>
+#include <BRepTools.hxx>
+#include <BRep_Tool.hxx>
+#include <Geom_BSplineSurface.hxx>
+#include <TColgp_Array2OfPnt.hxx>
+#include <TopoDS.hxx>
+#include <TopoDS_Face.hxx>
+#include <catch2/catch.hpp>
+#include <gp_Pln.hxx>
+
+#include <Eigen/Geometry>
+#include <random>
+
+using namespace patchwright;
+using geom::FeatureKind;
+using geom::FootPoint;
+using geom::Vec3;
+using occ::CadReference;
+
+namespace {
+
+CadReference reference_of(const TopoDS_Shape& shape, const occ::ReferenceOptions& options = {}) {
+    return CadReference(test::model_of(shape), options);
+}
+
+std::vector<Vec3> random_points(const geom::Box3& around, double grow, int count, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> unit(-0.5 - grow, 0.5 + grow);
+    std::vector<Vec3> points;
+    for (int i = 0; i < count; ++i) {
+        const Vec3 s(unit(random), unit(random), unit(random));
+        points.push_back(around.centre() + s.cwiseProduct(around.max - around.min));
+    }
+    return points;
+}
+
+/// Points at up to `reach` from points on the model, in random directions.
+std::vector<Vec3> near_points(const CadReference& reference, double reach, int count,
+                              unsigned seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal;
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    const auto samples = reference.sample(10 * count);
+    std::vector<Vec3> points;
+    for (int i = 0; i < count; ++i) {
+        const auto& sample = samples[std::size_t(unit(random) * double(samples.size() - 1))];
+        const Vec3 direction = Vec3(normal(random), normal(random), normal(random)).normalized();
+        points.push_back(sample.point + reach * unit(random) * direction);
+    }
+    return points;
+}
+
+void check_against_kernel(const TopoDS_Shape& shape, int count, unsigned seed) {
+    const CadReference reference = reference_of(shape);
+    const TopoDS_Compound faces = test::faces_only(shape);
+    const double size = reference.bounds().diagonal();
+    auto points = random_points(reference.bounds(), 0.3, count, seed);
+    for (const Vec3& p : near_points(reference, 0.02 * size, count, seed + 1))
+        points.push_back(p);
+    for (const Vec3& p : near_points(reference, 0.0, count / 4, seed + 2))
+        points.push_back(p);
+    for (const Vec3& p : random_points(reference.bounds(), 30.0, count / 8, seed + 3))
+        points.push_back(p);
+    for (const Vec3& p : points) {
+        const FootPoint foot = reference.foot_point(p);
+        const double expected = test::kernel_distance(faces, p);
+        CAPTURE(p.transpose(), foot.point.transpose(), foot.face);
+        // The kernel itself may miss minima; ours may not be farther.
+        CHECK(foot.distance <= expected + 2e-7 + 1e-9 * size);
+        CHECK(test::kernel_distance(faces, foot.point) <= 2e-7 + 1e-9 * size);
+        CHECK((foot.point - p).norm() == Approx(foot.distance).margin(1e-12 * size));
+    }
+}
+
+TopoDS_Shape horn() {
+    // A B-spline patch that is pointed at both ends of v, one of them a proper cusp-like tip.
+    TColgp_Array2OfPnt poles(1, 4, 1, 4);
+    for (int i = 1; i <= 4; ++i) {
+        for (int j = 1; j <= 4; ++j) {
+            const double angle = M_PI * (i - 1) / 3, width = j == 1 || j == 4 ? 0.0 : 4.0 + j;
+            poles(i, j) = gp_Pnt(width * std::cos(angle), width * std::sin(angle),
+                                 10.0 * (j - 1) + 0.5 * width);
+        }
+    }
+    TColStd_Array1OfReal knots(1, 2);
+    knots(1) = 0;
+    knots(2) = 1;
+    TColStd_Array1OfInteger multiplicities(1, 2);
+    multiplicities.Init(4);
+    return BRepBuilderAPI_MakeFace(
+               new Geom_BSplineSurface(poles, knots, knots, multiplicities, multiplicities, 3, 3),
+               1e-7)
+        .Face();
+}
+
+TopoDS_Shape kinked_strip() {
+    // One face whose surface has a ridge: linear in u with an inner knot.
+    TColgp_Array2OfPnt poles(1, 3, 1, 3);
+    for (int j = 1; j <= 3; ++j) {
+        for (int i = 1; i <= 3; ++i)
+            poles.SetValue(i, j, gp_Pnt(10 * (i - 2), 20 * j, i == 2 ? 5 : 0));
+    }
+    TColStd_Array1OfReal knots(1, 3);
+    for (int i = 1; i <= 3; ++i)
+        knots(i) = i;
+    TColStd_Array1OfInteger multiplicities(1, 3);
+    multiplicities.Init(2);
+    multiplicities(2) = 1;
+    return BRepBuilderAPI_MakeFace(
+               new Geom_BSplineSurface(poles, knots, knots, multiplicities, multiplicities, 1, 1),
+               1e-7)
+        .Face();
+}
+
+TopoDS_Shape wedge(double length, double half_thickness) {
+    BRepBuilderAPI_MakePolygon triangle(gp_Pnt(0, -half_thickness, 0), gp_Pnt(0, half_thickness, 0),
+                                        gp_Pnt(length, 0, 0), Standard_True);
+    const TopoDS_Face face = BRepBuilderAPI_MakeFace(triangle.Wire());
+    return BRepPrimAPI_MakePrism(face, gp_Vec(0, 0, 50)).Shape();
+}
+
+}  // namespace
+
+TEST_CASE("foot points on a sphere are radial, inside and outside", "[occ][oracle]") {
+    const bool as_bspline = GENERATE(false, true);
+    const Vec3 centre(1, 2, 3);
+    TopoDS_Shape sphere = BRepPrimAPI_MakeSphere(gp_Pnt(1, 2, 3), 5.0).Shape();
+    if (as_bspline) sphere = BRepBuilderAPI_NurbsConvert(sphere).Shape();
+    const CadReference reference = reference_of(sphere);
+    for (const Vec3& p : random_points(reference.bounds(), 1.0, 400, 1)) {
+        const Vec3 radial = (p - centre).normalized();
+        const FootPoint foot = reference.foot_point(p);
+        CAPTURE(p.transpose());
+        CHECK(foot.distance == Approx(std::abs((p - centre).norm() - 5.0)).margin(1e-10));
+        CHECK((foot.point - centre - 5.0 * radial).norm() < 1e-7);
+        CHECK((foot.normal - radial).norm() < 1e-7);
+        CHECK(foot.face == 0);
+    }
+    for (const double z : {-20.0, -1.0, 2.0, 9.0}) {
+        // On the axis, over the poles.
+        const FootPoint foot = reference.foot_point(centre + Vec3(0, 0, z));
+        CHECK(foot.distance == Approx(std::abs(std::abs(z) - 5.0)).margin(1e-10));
+        CHECK((foot.normal - Vec3(0, 0, z > 0 ? 1 : -1)).norm() < 1e-4);
+    }
+    CHECK(reference.foot_point(centre).distance == Approx(5.0));
+}
+
+TEST_CASE("foot points on a torus", "[occ][oracle]") {
+    const CadReference reference = reference_of(BRepPrimAPI_MakeTorus(10.0, 3.0).Shape());
+    for (const Vec3& p : random_points(reference.bounds(), 0.5, 400, 2)) {
+        const Vec3 ring = 10.0 * Vec3(p.x(), p.y(), 0).normalized();
+        const FootPoint foot = reference.foot_point(p);
+        CHECK(foot.distance == Approx(std::abs((p - ring).norm() - 3.0)).margin(1e-9));
+        CHECK((foot.normal - (p - ring).normalized()).norm() < 1e-6);
+    }
+}
+
+TEST_CASE("foot points on a capped cylinder", "[occ][oracle]") {
+    const CadReference reference = reference_of(BRepPrimAPI_MakeCylinder(5.0, 20.0).Shape());
+    for (const Vec3& p : random_points(reference.bounds(), 0.6, 600, 3)) {
+        const double radius = std::hypot(p.x(), p.y());
+        const double out_r = radius - 5.0, out_z = std::max(-p.z(), p.z() - 20.0);
+        const double expected = out_r <= 0 && out_z <= 0
+                                    ? std::min(-out_r, -out_z)
+                                    : std::hypot(std::max(out_r, 0.0), std::max(out_z, 0.0));
+        const FootPoint foot = reference.foot_point(p);
+        CAPTURE(p.transpose());
+        CHECK(foot.distance == Approx(expected).margin(1e-9));
+        if (expected > 1e-6)
+            CHECK((foot.normal.dot(p - foot.point) > 0) == (out_r > 0 || out_z > 0));
+    }
+}
+
+TEST_CASE("foot points on a box: faces, edges, corners, inside", "[occ][oracle]") {
+    const CadReference reference = reference_of(BRepPrimAPI_MakeBox(10.0, 20.0, 30.0).Shape());
+    const Vec3 half(5, 10, 15);
+    for (const Vec3& p : random_points(reference.bounds(), 1.0, 600, 4)) {
+        const Vec3 out = (p - half).cwiseAbs() - half;
+        const bool inside = out.maxCoeff() < 0;
+        const double expected = inside ? -out.maxCoeff() : out.cwiseMax(0.0).norm();
+        const FootPoint foot = reference.foot_point(p);
+        CAPTURE(p.transpose());
+        CHECK(foot.distance == Approx(expected).margin(1e-10));
+        CHECK((foot.normal.dot(p - foot.point) < 0) == inside);
+    }
+    CHECK(reference.foot_point(Vec3(-1, -1, -1)).point.norm() < 1e-9);
+    CHECK(reference.bounds().max.isApprox(Vec3(10, 20, 30), 1e-9));
+}
+
+TEST_CASE("foot points agree with the kernel's extrema on trimmed faces", "[occ][oracle]") {
+    SECTION("cylinder minus oblique box") {
+        check_against_kernel(test::cut_cylinder(), 160, 10);
+    }
+    SECTION("plate with hole") {
+        check_against_kernel(test::plate_with_hole(), 160, 20);
+    }
+    SECTION("lofted wing") {
+        check_against_kernel(test::wing(), 60, 30);
+    }
+    SECTION("wing cut by an oblique box") {
+        check_against_kernel(
+            BRepAlgoAPI_Cut(test::wing(),
+                            test::rotated_box(200, 60, 100, gp_Pnt(10, -30, 220), 0.4))
+                .Shape(),
+            40, 40);
+    }
+    SECTION("cone, apex included") {
+        check_against_kernel(BRepPrimAPI_MakeCone(5.0, 0.0, 12.0).Shape(), 160, 50);
+    }
+    SECTION("patch with two degenerate sides") {
+        check_against_kernel(horn(), 100, 60);
+    }
+    SECTION("filleted box") {
+        const TopoDS_Shape box = BRepPrimAPI_MakeBox(10.0, 20.0, 30.0).Shape();
+        BRepFilletAPI_MakeFillet rounded(box);
+        for (TopExp_Explorer it(box, TopAbs_EDGE); it.More(); it.Next())
+            rounded.Add(2.0, TopoDS::Edge(it.Current()));
+        check_against_kernel(rounded.Shape(), 160, 70);
+    }
+    SECTION("moved shape") {
+        gp_Trsf move;
+        move.SetRotation(gp_Ax1(gp_Pnt(3, 2, 1), gp_Dir(1, 1, 0)), 1.0);
+        check_against_kernel(test::cut_cylinder().Moved(TopLoc_Location(move)), 60, 80);
+    }
+    SECTION("faces turned inside out") {
+        check_against_kernel(test::plate_with_hole().Reversed(), 60, 90);
+    }
+}
+
+TEST_CASE("the nearest point of a ridge inside a face is on the ridge", "[occ][oracle]") {
+    const CadReference reference = reference_of(kinked_strip());
+    const FootPoint above = reference.foot_point(Vec3(0.2, 30, 8));
+    CHECK((above.point - Vec3(0, 30, 5)).norm() < 1e-7);
+    const Vec3 slope = Vec3(10, 0, -5).normalized();
+    const Vec3 on_right = Vec3(0, 31, 5) + 4.0 * slope;
+    const FootPoint right = reference.foot_point(on_right + 2.0 * Vec3(5, 0, 10).normalized());
+    CHECK((right.point - on_right).norm() < 1e-9);
+}
+
+TEST_CASE("normals point outward whatever the faces' orientation", "[occ]") {
+    const CadReference reference = reference_of(test::wing());
+    const double size = reference.bounds().diagonal();
+    for (const auto& sample : reference.sample(200)) {
+        if (sample.normal.isZero(0.0)) continue;
+        const FootPoint out = reference.foot_point(sample.point + 1e-3 * size * sample.normal);
+        if (out.distance < 0.99e-3 * size) continue;
+        CHECK(out.normal.dot(sample.normal) > 0.5);
+    }
+    CHECK(reference.foot_point(Vec3(50, 40, 100)).normal.y() > 0.5);
+    CHECK(reference.foot_point(Vec3(50, -40, 100)).normal.y() < -0.5);
+}
+
+TEST_CASE("features of a box", "[occ][oracle]") {
+    const CadReference reference = reference_of(BRepPrimAPI_MakeBox(10.0, 20.0, 30.0).Shape());
+    const auto edge = reference.feature_point(Vec3(-1, 7, -1), FeatureKind::Sharp);
+    REQUIRE(edge.has_value());
+    CHECK((edge->point - Vec3(0, 7, 0)).norm() < 1e-9);
+    CHECK(edge->distance == Approx(std::sqrt(2.0)));
+    const auto corner = reference.feature_point(Vec3(8, 18, 40), FeatureKind::Corner);
+    REQUIRE(corner.has_value());
+    CHECK((corner->point - Vec3(10, 20, 30)).norm() < 1e-9);
+    CHECK_FALSE(reference.feature_point(Vec3::Zero(), FeatureKind::Free).has_value());
+}
+
+TEST_CASE("features of a cylinder: two rims, no seam, no corners", "[occ][oracle]") {
+    const CadReference reference = reference_of(BRepPrimAPI_MakeCylinder(5.0, 20.0).Shape());
+    const auto rim = reference.feature_point(Vec3(9, 0, 9), FeatureKind::Sharp);
+    REQUIRE(rim.has_value());
+    CHECK((rim->point - Vec3(5, 0, 0)).norm() < 1e-9);
+    CHECK_FALSE(reference.feature_point(Vec3::Zero(), FeatureKind::Corner).has_value());
+    CHECK_FALSE(reference.feature_point(Vec3::Zero(), FeatureKind::Free).has_value());
+}
+
+TEST_CASE("a box filleted along one edge loses that feature", "[occ][oracle]") {
+    const TopoDS_Shape box = BRepPrimAPI_MakeBox(10.0, 20.0, 30.0).Shape();
+    const auto along_z = [](const TopoDS_Edge& edge) {
+        double a = 0, b = 0;
+        const Handle(Geom_Curve) curve = BRep_Tool::Curve(edge, a, b);
+        const gp_Pnt p = curve->Value(a), q = curve->Value(b);
+        return p.X() < 1 && p.Y() < 1 && q.X() < 1 && q.Y() < 1;
+    };
+    BRepFilletAPI_MakeFillet fillet(box);
+    for (TopExp_Explorer it(box, TopAbs_EDGE); it.More(); it.Next()) {
+        if (along_z(TopoDS::Edge(it.Current()))) {
+            fillet.Add(2.0, TopoDS::Edge(it.Current()));
+            break;
+        }
+    }
+    const CadReference reference = reference_of(fillet.Shape());
+    const auto nearest = reference.feature_point(Vec3(0, 0, 15), FeatureKind::Sharp);
+    REQUIRE(nearest.has_value());
+    CHECK(nearest->distance == Approx(10.0).margin(1e-6));
+    // The fillet's ends: two sharp edges meet smoothly there, so its vertices are no corners.
+    const auto corner = reference.feature_point(Vec3(0, 0, 0), FeatureKind::Corner);
+    REQUIRE(corner.has_value());
+    CHECK(corner->distance == Approx(10.0).margin(1e-6));
+}
+
+TEST_CASE("an open face has free edges and corners", "[occ][oracle]") {
+    const TopoDS_Shape face = BRepBuilderAPI_MakeFace(gp_Pln(), 0.0, 4.0, 0.0, 3.0).Face();
+    const CadReference reference = reference_of(face);
+    const auto edge = reference.feature_point(Vec3(1, -1, 1), FeatureKind::Free);
+    REQUIRE(edge.has_value());
+    CHECK((edge->point - Vec3(1, 0, 0)).norm() < 1e-9);
+    const auto corner = reference.feature_point(Vec3(5, 4, 0), FeatureKind::Corner);
+    REQUIRE(corner.has_value());
+    CHECK((corner->point - Vec3(4, 3, 0)).norm() < 1e-9);
+    CHECK_FALSE(reference.feature_point(Vec3::Zero(), FeatureKind::Sharp).has_value());
+    const FootPoint beyond = reference.foot_point(Vec3(2, -3, 4));
+    CHECK((beyond.point - Vec3(2, 0, 0)).norm() < 1e-9);
+}
+
+TEST_CASE("the asked-for side of a thin plate wins over the nearer one", "[occ][oracle]") {
+    const CadReference reference = reference_of(BRepPrimAPI_MakeBox(100.0, 100.0, 0.5).Shape());
+    const Vec3 up(0, 0, 1);
+    const FootPoint plain = reference.foot_point(Vec3(50, 50, 0.1));
+    CHECK(plain.point.z() == Approx(0.0).margin(1e-9));
+    const FootPoint top = reference.foot_point(Vec3(50, 50, 0.1), up);
+    CHECK((top.point - Vec3(50, 50, 0.5)).norm() < 1e-9);
+    CHECK(top.normal.isApprox(up, 1e-9));
+    CHECK(top.distance == Approx(0.4));
+    CHECK(reference.foot_point(Vec3(50, 50, 0.4), -up).point.z() == Approx(0.0).margin(1e-9));
+    // Beyond the rim the sharp edge's upper face counts as facing up.
+    const FootPoint rim = reference.foot_point(Vec3(50, -1, 0.45), up);
+    CHECK((rim.point - Vec3(50, 0, 0.5)).norm() < 1e-9);
+    CHECK(rim.normal.z() == Approx(1.0));
+    // A thick box has nothing on that side within reach: the plain answer stands.
+    const CadReference thick = reference_of(BRepPrimAPI_MakeBox(100.0, 100.0, 50.0).Shape());
+    const FootPoint far = thick.foot_point(Vec3(50, 50, 1.0), up);
+    CHECK(far.point.z() == Approx(0.0).margin(1e-9));
+}
+
+TEST_CASE("the asked-for side of a thin wedge", "[occ][oracle]") {
+    const CadReference reference = reference_of(wedge(100.0, 2.0));
+    const Vec3 up = Vec3(2, 100, 0).normalized(), down = Vec3(2, -100, 0).normalized();
+    const Vec3 on_top = Vec3(90, 0.2, 25);
+    const FootPoint top = reference.foot_point(Vec3(90, -0.15, 25), up);
+    CHECK(top.normal.isApprox(up, 1e-9));
+    CHECK((top.point - on_top).norm() < 0.1);
+    const FootPoint bottom = reference.foot_point(Vec3(90, 0.15, 25), down);
+    CHECK(bottom.normal.isApprox(down, 1e-9));
+    const FootPoint tip = reference.foot_point(Vec3(103, -0.3, 25), up);
+    CHECK((tip.point - Vec3(100, 0, 25)).norm() < 1e-9);
+    CHECK(tip.normal.isApprox(up, 1e-9));
+}
+
+TEST_CASE("samples lie on the model, cover every face, and never change", "[occ]") {
+    const TopoDS_Shape shape = test::cut_cylinder();
+    const CadReference reference = reference_of(shape);
+    const auto samples = reference.sample(500);
+    const auto faces = occ::faces_of(test::model_of(shape));
+    CHECK(samples.size() > 500);
+    CHECK(samples.size() < 1500);
+    std::vector<int> count(faces.size(), 0);
+    for (const auto& sample : samples) {
+        REQUIRE(sample.face >= 0);
+        ++count[std::size_t(sample.face)];
+        CHECK(test::kernel_distance(faces[std::size_t(sample.face)], sample.point) < 3e-7);
+        CHECK(sample.normal.norm() == Approx(1.0));
+    }
+    for (const int n : count)
+        CHECK(n >= 8);
+    const auto again = reference_of(shape).sample(500);
+    REQUIRE(again.size() == samples.size());
+    for (std::size_t i = 0; i < samples.size(); ++i)
+        CHECK(again[i].point == samples[i].point);
+}
+
+TEST_CASE("queries from several threads give the answers of one", "[occ]") {
+    const CadReference reference = reference_of(test::wing());
+    const auto points = near_points(reference, 10.0, 2000, 5);
+    std::vector<FootPoint> parallel(points.size());
+    base::parallel_for(points.size(), 16, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            parallel[i] = reference.foot_point(points[i], Vec3(0, 1, 0));
+    });
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const FootPoint one = reference.foot_point(points[i], Vec3(0, 1, 0));
+        CHECK(one.point == parallel[i].point);
+        CHECK(one.face == parallel[i].face);
+    }
+}
+
+TEST_CASE("preparing a reference leaves the model's shape as it was", "[occ]") {
+    const TopoDS_Shape shape = test::cut_cylinder();
+    BRepTools::Clean(shape);
+    const CadReference reference = reference_of(shape);
+    for (const TopoDS_Face& face : occ::faces_of(test::model_of(shape))) {
+        TopLoc_Location location;
+        CHECK(BRep_Tool::Triangulation(face, location).IsNull());
+    }
+}
+
+TEST_CASE("models and queries that make no sense are refused", "[occ]") {
+    TopoDS_Compound empty;
+    const BRep_Builder builder;
+    builder.MakeCompound(empty);
+    CHECK_THROWS_AS(reference_of(empty), base::InputError);
+    const TopoDS_Shape box = BRepPrimAPI_MakeBox(1.0, 1.0, 1.0).Shape();
+    occ::ReferenceOptions options;
+    options.deflection_rel = 0.0;
+    CHECK_THROWS_AS(reference_of(box, options), base::InvalidArgument);
+    const CadReference reference = reference_of(box);
+    CHECK_THROWS_AS(reference.foot_point(Vec3(0, 0, std::nan(""))), base::InvalidArgument);
+    CHECK_THROWS_AS(reference.sample(0), base::InvalidArgument);
+}

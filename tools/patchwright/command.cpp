@@ -1,0 +1,235 @@
+#include "command.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/base/parallel.h>
+#include <patchwright/base/pending_file.h>
+#include <patchwright/fit/fit.h>
+#include <patchwright/mesh/obj.h>
+#include <patchwright/occ/assemble.h>
+#include <patchwright/occ/deviation.h>
+#include <patchwright/occ/inspect.h>
+#include <patchwright/patch/extract.h>
+
+#include <csignal>
+#include <cstdio>
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+namespace patchwright::cli {
+
+volatile std::sig_atomic_t interrupted = 0;
+
+void add_common_options(CLI::App& command, CommonOptions& options, bool with_html) {
+    command.add_flag("-q,--quiet", options.quiet, "print errors only");
+    command.add_flag("-v,--verbose", options.verbose, "print stage times as they end");
+    command.add_flag("--progress", options.progress, "show progress even where there is no terminal");
+    command.add_option("--threads", options.threads, "threads to use; 0: all cores")
+        ->check(CLI::NonNegativeNumber);
+    command.add_option("--json", options.json, "write the report as JSON ('-': standard output)");
+    if (with_html) command.add_option("--report", options.html, "write the report as HTML");
+}
+
+void add_output_options(CLI::App& command, OutputOptions& options) {
+    command.add_option("-o,--output", options.file, "CAD file to write: .step .stp .igs .iges .brep")
+        ->required();
+    command.add_option("--unit", options.unit, "unit of the output: mm, cm, m, in, ft or input")
+        ->capture_default_str();
+    command.add_option("--schema", options.schema, "STEP schema")
+        ->check(CLI::IsMember({"ap203", "ap214", "ap242"}))
+        ->capture_default_str();
+    command
+        .add_option("--continuity", options.continuity,
+                    "at extraordinary vertices: refined (knots towards the vertex, a small kink remains)")
+        ->check(CLI::IsMember({"refined"}))
+        ->capture_default_str();
+    command.add_option("--patches", options.patches, "one surface for each cage face: faces")
+        ->check(CLI::IsMember({"faces"}))
+        ->capture_default_str();
+    command.add_option("--cap-depth", options.cap_depth, "knot levels towards an extraordinary vertex")
+        ->check(CLI::Range(1, 20))
+        ->capture_default_str();
+}
+
+void add_fit_options(CLI::App& command, FitCommandOptions& options) {
+    command
+        .add_option("--tolerance", options.tolerance,
+                    "largest deviation: 0.05mm, 0.002in, or 1e-4rel (of the diagonal)")
+        ->capture_default_str();
+    command.add_option("--cage-unit", options.cage_unit, "unit of the cage's numbers: mm, cm, m, in, ft")
+        ->capture_default_str();
+    command.add_option("--max-levels", options.max_levels, "refinements of the cage at most")
+        ->check(CLI::Range(0, 8))
+        ->capture_default_str();
+}
+
+Run::Run(const CommonOptions& options)
+    : options_(options), stage_start_(std::chrono::steady_clock::now()) {
+    base::set_thread_count(options.threads);
+}
+
+base::Progress Run::progress() const {
+    const bool show = !options_.quiet && (options_.progress || ::isatty(STDERR_FILENO) != 0);
+    return [show, last = std::string(), start = stage_start_](std::string_view stage,
+                                                              double fraction) mutable {
+        if (show) {
+            const double seconds =
+                std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+            const auto line = fmt::format("{:<10} {:3.0f} % {:6.1f} s", stage, 100 * fraction, seconds);
+            if (line != last) fmt::print(stderr, "\r{}\033[K", line);
+            std::fflush(stderr);
+            last = line;
+        }
+        return interrupted == 0;
+    };
+}
+
+void Run::end_stage(const std::string& name) {
+    const auto now = std::chrono::steady_clock::now();
+    report.seconds.emplace_back(name, std::chrono::duration<double>(now - stage_start_).count());
+    stage_start_ = now;
+    if (options_.verbose) fmt::print(stderr, "{}: {:.2f} s\n", name, report.seconds.back().second);
+    if (interrupted != 0) throw base::Cancelled();
+}
+
+void Run::notice(const std::string& text) {
+    report.notices.push_back(text);
+    if (!options_.quiet) fmt::print(stderr, "note: {}\n", text);
+}
+
+void Run::finish() {
+    if (!options_.quiet && (options_.progress || ::isatty(STDERR_FILENO) != 0)) {
+        fmt::print(stderr, "\r\033[K");
+    }
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    report.peak_memory_mb = double(usage.ru_maxrss) / 1024.0;
+    if (!options_.html.empty()) base::write_text_file(options_.html, report::to_html(report));
+    if (options_.json == "-") {
+        fmt::print("{}", report::to_json(report));
+        return;
+    }
+    if (!options_.json.empty()) base::write_text_file(options_.json, report::to_json(report));
+    if (!options_.quiet) fmt::print("{}", report::to_text(report));
+}
+
+occ::CadModel read_input(Run& run, const std::string& file, const std::string& input_unit, bool heal) {
+    occ::ReadOptions options{.heal = heal, .progress = run.progress()};
+    if (!input_unit.empty()) options.unit = base::parse_length_unit(input_unit);
+    const occ::ReadResult result = occ::read_cad(file, options);
+    for (const std::string& text : result.report.notices) run.notice(text);
+    const occ::Inspection inspection = occ::inspect(result.model);
+    constexpr const char* formats[] = {"STEP", "IGES", "BREP"};
+    run.report.unit = result.report.unit;
+    run.report.input =
+        report::InputFigures{.file = file,
+                             .format = formats[static_cast<int>(result.report.format)],
+                             .schema = result.report.schema,
+                             .originating_system = result.report.originating_system,
+                             .unit = result.report.unit,
+                             .solids = inspection.solids,
+                             .faces = inspection.faces,
+                             .free_edges = inspection.free_edges,
+                             .diagonal = inspection.bounds.diagonal(),
+                             .largest_gap_closed = result.report.largest_gap_mm,
+                             .sewing_tolerance = result.report.sewing_tolerance_mm};
+    run.end_stage("read");
+    return result.model;
+}
+
+mesh::Cage read_cage(Run& run, const std::string& file, base::LengthUnit unit) {
+    mesh::BuildResult result = mesh::read_obj(std::filesystem::path(file));
+    result.cage.points *= base::millimetres_per(unit);
+    run.report.cage = mesh::summarise(*result.cage.topology);
+    if (result.flipped_faces > 0) {
+        run.notice(fmt::format("{}: {} faces were turned to agree with the others", file,
+                               result.flipped_faces));
+    }
+    return std::move(result.cage);
+}
+
+void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUnit unit) {
+    mesh::Cage scaled = cage;
+    scaled.points /= base::millimetres_per(unit);
+    base::write_text_file(file, mesh::obj_text(scaled));
+}
+
+report::SolidFigures solid_figures(const std::string& file, const occ::CadModel& model) {
+    const occ::Inspection i = occ::inspect(model);
+    return {.file = file,
+            .solids = i.solids,
+            .shells_closed = i.shells_closed,
+            .shells_open = i.shells_open,
+            .faces = i.faces,
+            .edges = i.edges,
+            .vertices = i.vertices,
+            .free_edges = i.free_edges,
+            .nonmanifold_edges = i.nonmanifold_edges,
+            .faces_by_kind = i.faces_by_kind,
+            .closed = i.closed,
+            .valid = i.valid,
+            .all_bicubic = i.all_bicubic,
+            .volume = i.volume_mm3,
+            .area = i.area_mm2,
+            .max_tolerance = i.max_tolerance_mm,
+            .bounds = i.bounds};
+}
+
+occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOptions& options,
+                            base::LengthUnit unit) {
+    occ::file_format(options.file);  // refuses an unknown extension before the work
+    const patch::Extraction extraction = patch::extract(cage, {.cap_depth = options.cap_depth});
+    report::PatchFigures figures{.count = static_cast<int>(extraction.patches.patches.size()),
+                                 .caps = extraction.caps,
+                                 .continuity = options.continuity};
+    for (const patch::Patch& patch : extraction.patches.patches) {
+        figures.control_points += static_cast<int>(patch.surface.points.rows());
+    }
+    run.report.patches = figures;
+    const occ::CadModel model = occ::assemble(extraction.patches);
+    run.end_stage("patch");
+
+    const auto schema = options.schema == "ap203"   ? occ::StepSchema::Ap203
+                        : options.schema == "ap242" ? occ::StepSchema::Ap242
+                                                    : occ::StepSchema::Ap214;
+    occ::write_cad(model, options.file, {.unit = unit, .schema = schema});
+    run.end_stage("write");
+
+    occ::CadModel written = occ::read_cad(options.file, {.heal = false}).model;
+    run.report.solid = solid_figures(options.file, written);
+    run.report.continuity =
+        occ::measure_continuity(written, patch::crease_midpoints(extraction.patches));
+    return written;
+}
+
+void compare_models(Run& run, const occ::CadReference& output, const occ::CadReference& input,
+                    int samples) {
+    run.report.deviation = report::DeviationFigures{
+        .output_to_input = occ::measure_deviation(output, input, samples, run.progress()),
+        .input_to_output = occ::measure_deviation(input, output, samples, run.progress())};
+}
+
+mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const occ::CadReference& reference,
+                    const FitCommandOptions& options) {
+    const double diagonal = reference.bounds().diagonal();
+    const double tolerance = base::parse_length(options.tolerance).in_millimetres(diagonal);
+    const double size_ratio = geom::bounding_box(cage.points).diagonal() / diagonal;
+    if (size_ratio < 0.5 || size_ratio > 2.0) {
+        run.notice(fmt::format(
+            "the cage is {:.3g} times as large as the model; if its unit is not {}, pass --cage-unit",
+            size_ratio, options.cage_unit));
+    }
+    // The fit looks at its own samples; the rest of the tolerance is for what lies between them.
+    fit::FitResult result = fit::fit(cage, reference,
+                                     {.tolerance_mm = 0.8 * tolerance,
+                                      .max_levels = options.max_levels,
+                                      .progress = run.progress()});
+    run.report.fit = report::FitFigures{
+        .tolerance = tolerance,
+        .met = !result.levels.empty() && result.levels.back().max_mm <= tolerance,
+        .levels = result.levels};
+    run.end_stage("fit");
+    return std::move(result.cage);
+}
+
+}  // namespace patchwright::cli

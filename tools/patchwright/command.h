@@ -1,0 +1,109 @@
+// What all subcommands share: options, progress, reading and reporting.
+#pragma once
+
+#include <patchwright/base/progress.h>
+#include <patchwright/base/units.h>
+#include <patchwright/mesh/cage.h>
+#include <patchwright/occ/cad_reference.h>
+#include <patchwright/report/run_report.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <optional>
+#include <string>
+
+namespace patchwright::cli {
+
+/// The exit codes of the contract.
+enum ExitCode { Done = 0, Usage = 1, BadInput = 2, ToleranceMissed = 3, NotWritten = 4, InternalError = 5 };
+
+/// Options of every subcommand.
+struct CommonOptions {
+    bool quiet = false;
+    bool verbose = false;
+    bool progress = false;
+    int threads = 0;
+    std::string json;  ///< path, or "-" for standard output
+    std::string html;
+};
+
+void add_common_options(CLI::App& command, CommonOptions& options, bool with_html);
+
+/// Options of the subcommands that write a CAD file.
+struct OutputOptions {
+    std::string file;
+    std::string unit = "input";
+    std::string schema = "ap214";
+    std::string continuity = "refined";
+    std::string patches = "faces";
+    int cap_depth = 8;
+};
+
+void add_output_options(CLI::App& command, OutputOptions& options);
+
+/// Options of the subcommands that fit.
+struct FitCommandOptions {
+    std::string tolerance = "1e-4rel";
+    std::string cage_unit = "mm";
+    int max_levels = 4;
+};
+
+void add_fit_options(CLI::App& command, FitCommandOptions& options);
+
+/// One run of a subcommand: its report, its clock and its talk to the user.
+class Run {
+  public:
+    explicit Run(const CommonOptions& options);
+
+    /// Draws the stage on standard error when asked to or on a terminal; stops on Ctrl-C.
+    [[nodiscard]] base::Progress progress() const;
+
+    /// Ends the stage that ran since the last call, or since the start, under this name.
+    void end_stage(const std::string& name);
+
+    /// Remembered in the report, printed to standard error unless quiet.
+    void notice(const std::string& text);
+
+    /// Writes JSON and HTML where asked, prints the summary to standard output unless quiet.
+    void finish();
+
+    report::RunReport report;
+
+  private:
+    const CommonOptions& options_;
+    std::chrono::steady_clock::time_point stage_start_;
+};
+
+/// Reads a CAD file and fills report.input.
+occ::CadModel read_input(Run& run, const std::string& file, const std::string& input_unit, bool heal = true);
+
+/// Reads a cage whose numbers are in `unit`, in millimetres; fills report.cage.
+mesh::Cage read_cage(Run& run, const std::string& file, base::LengthUnit unit);
+
+/// Writes a cage, atomically, in `unit`.
+void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUnit unit);
+
+/// Extracts patches, assembles, writes and reads back; fills report.patches, solid and continuity.
+/// The model returned is the one on disk.
+occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOptions& options,
+                            base::LengthUnit unit);
+
+/// The figures of a model for the report.
+report::SolidFigures solid_figures(const std::string& file, const occ::CadModel& model);
+
+/// Measures both ways and fills report.deviation.
+void compare_models(Run& run, const occ::CadReference& output, const occ::CadReference& input, int samples);
+
+/// Fits and fills report.fit; the tolerance is for the final, two-sided deviation.
+mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const occ::CadReference& reference,
+                    const FitCommandOptions& options);
+
+/// Each registers its subcommand; `exit_code` receives what the run ends with.
+void register_compare(CLI::App& app, int& exit_code);
+void register_convert(CLI::App& app, int& exit_code);
+void register_export(CLI::App& app, int& exit_code);
+void register_fit(CLI::App& app, int& exit_code);
+void register_inspect(CLI::App& app, int& exit_code);
+void register_subdivide(CLI::App& app, int& exit_code);
+
+}  // namespace patchwright::cli

@@ -1,0 +1,45 @@
+#include "command.h"
+
+#include <memory>
+
+namespace patchwright::cli {
+
+namespace {
+
+struct CompareOptions {
+    CommonOptions common;
+    std::string a, b, input_unit;
+    int samples = 20000;
+};
+
+int compare(const CompareOptions& options) {
+    Run run(options.common);
+    const occ::CadModel a = read_input(run, options.a, options.input_unit);
+    const auto input = *run.report.input;
+    const occ::CadModel b = read_input(run, options.b, {});
+    run.report.input = input;
+    run.report.unit = input.unit;
+    run.report.solid = solid_figures(options.b, b);
+    compare_models(run, occ::CadReference(b), occ::CadReference(a), options.samples);
+    run.end_stage("check");
+    run.finish();
+    return Done;
+}
+
+}  // namespace
+
+void register_compare(CLI::App& app, int& exit_code) {
+    auto options = std::make_shared<CompareOptions>();
+    CLI::App* command =
+        app.add_subcommand("compare", "two-sided deviation of two CAD files; A counts as input, B as output");
+    command->add_option("a", options->a, "CAD file")->required();
+    command->add_option("b", options->b, "CAD file")->required();
+    command->add_option("--samples", options->samples, "samples each way")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    command->add_option("--input-unit", options->input_unit, "overrides the unit written in A");
+    add_common_options(*command, options->common, true);
+    command->callback([options, &exit_code] { exit_code = compare(*options); });
+}
+
+}  // namespace patchwright::cli

@@ -1,0 +1,65 @@
+#include <patchwright/base/error.h>
+
+#include "command.h"
+
+#include <memory>
+
+namespace patchwright::cli {
+
+namespace {
+
+struct ConvertOptions {
+    CommonOptions common;
+    OutputOptions output;
+    FitCommandOptions fit;
+    std::string input, cage, cage_out, input_unit;
+    int samples = 20000;
+};
+
+int convert(const ConvertOptions& options) {
+    if (options.cage.empty()) {
+        throw base::InvalidArgument("convert needs a control mesh; pass one with --cage CAGE.obj");
+    }
+    occ::file_format(options.output.file);
+    const auto cage_unit = base::parse_length_unit(options.fit.cage_unit);
+    base::parse_length(options.fit.tolerance);
+
+    Run run(options.common);
+    const mesh::Cage cage = read_cage(run, options.cage, cage_unit);
+    const occ::CadModel model = read_input(run, options.input, options.input_unit);
+    if (options.output.unit != "input") run.report.unit = base::parse_length_unit(options.output.unit);
+    const occ::CadReference reference(model, {.progress = run.progress()});
+    run.end_stage("layout");
+
+    const mesh::Cage fitted = fit_cage(run, cage, reference, options.fit);
+    if (!options.cage_out.empty()) write_cage(fitted, options.cage_out, cage_unit);
+    const occ::CadModel written = write_patches(run, fitted, options.output, run.report.unit);
+    compare_models(run, occ::CadReference(written), reference, options.samples);
+    run.end_stage("check");
+
+    report::FitFigures& fit = *run.report.fit;
+    const report::DeviationFigures& deviation = *run.report.deviation;
+    fit.met = deviation.output_to_input.max <= fit.tolerance && deviation.input_to_output.max <= fit.tolerance;
+    run.finish();
+    return fit.met ? Done : ToleranceMissed;
+}
+
+}  // namespace
+
+void register_convert(CLI::App& app, int& exit_code) {
+    auto options = std::make_shared<ConvertOptions>();
+    CLI::App* command = app.add_subcommand("convert", "CAD file and cage to one clean solid, measured");
+    command->add_option("input", options->input, "CAD file: STEP, IGES or BREP")->required();
+    command->add_option("--cage", options->cage, "control mesh (OBJ)");
+    command->add_option("--cage-out", options->cage_out, "write the fitted control mesh (OBJ)");
+    command->add_option("--input-unit", options->input_unit, "overrides the unit written in the input");
+    command->add_option("--samples", options->samples, "samples for the deviation, each way")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    add_output_options(*command, options->output);
+    add_fit_options(*command, options->fit);
+    add_common_options(*command, options->common, true);
+    command->callback([options, &exit_code] { exit_code = convert(*options); });
+}
+
+}  // namespace patchwright::cli

@@ -1,0 +1,44 @@
+#include "command.h"
+
+#include <memory>
+
+namespace patchwright::cli {
+
+namespace {
+
+struct FitOnlyOptions {
+    CommonOptions common;
+    FitCommandOptions fit;
+    std::string input, cage, output, input_unit;
+};
+
+int fit_only(const FitOnlyOptions& options) {
+    const auto cage_unit = base::parse_length_unit(options.fit.cage_unit);
+    base::parse_length(options.fit.tolerance);
+    Run run(options.common);
+    const mesh::Cage cage = read_cage(run, options.cage, cage_unit);
+    const occ::CadModel model = read_input(run, options.input, options.input_unit);
+    const occ::CadReference reference(model, {.progress = run.progress()});
+    run.end_stage("layout");
+    const mesh::Cage fitted = fit_cage(run, cage, reference, options.fit);
+    write_cage(fitted, options.output, cage_unit);
+    run.end_stage("write");
+    run.finish();
+    return run.report.fit->met ? Done : ToleranceMissed;
+}
+
+}  // namespace
+
+void register_fit(CLI::App& app, int& exit_code) {
+    auto options = std::make_shared<FitOnlyOptions>();
+    CLI::App* command = app.add_subcommand("fit", "fit a cage to a CAD file, write the fitted cage");
+    command->add_option("input", options->input, "CAD file: STEP, IGES or BREP")->required();
+    command->add_option("--cage", options->cage, "control mesh (OBJ)")->required();
+    command->add_option("-o,--output", options->output, "fitted control mesh (OBJ)")->required();
+    command->add_option("--input-unit", options->input_unit, "overrides the unit written in the input");
+    add_fit_options(*command, options->fit);
+    add_common_options(*command, options->common, true);
+    command->callback([options, &exit_code] { exit_code = fit_only(*options); });
+}
+
+}  // namespace patchwright::cli

@@ -1,0 +1,52 @@
+#include <patchwright/base/error.h>
+#include <patchwright/subd/refine.h>
+
+#include "command.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+namespace patchwright::cli {
+
+namespace {
+
+constexpr double max_faces = 2e7;
+
+struct SubdivideOptions {
+    CommonOptions common;
+    std::string cage, output;
+    int levels = 1;
+};
+
+int subdivide(const SubdivideOptions& options) {
+    Run run(options.common);
+    const mesh::Cage cage = read_cage(run, options.cage, base::LengthUnit::Millimetre);
+    run.end_stage("read");
+    const double faces = cage.topology->corner_count() * std::pow(4.0, options.levels - 1);
+    if (faces > max_faces) {
+        throw base::InvalidArgument(
+            fmt::format("{} levels would make {:.3g} faces; use fewer", options.levels, faces));
+    }
+    const mesh::Cage fine = subd::refine(cage, options.levels);
+    run.end_stage("subdivide");
+    write_cage(fine, options.output, base::LengthUnit::Millimetre);
+    run.report.cage = mesh::summarise(*fine.topology);
+    run.end_stage("write");
+    run.finish();
+    return Done;
+}
+
+}  // namespace
+
+void register_subdivide(CLI::App& app, int& exit_code) {
+    auto options = std::make_shared<SubdivideOptions>();
+    CLI::App* command = app.add_subcommand("subdivide", "Catmull-Clark steps on a cage");
+    command->add_option("cage", options->cage, "control mesh (OBJ)")->required();
+    command->add_option("-n", options->levels, "number of steps")->check(CLI::Range(0, 12))->capture_default_str();
+    command->add_option("-o,--output", options->output, "refined control mesh (OBJ)")->required();
+    add_common_options(*command, options->common, false);
+    command->callback([options, &exit_code] { exit_code = subdivide(*options); });
+}
+
+}  // namespace patchwright::cli
