@@ -48,7 +48,12 @@ FaceSurface::FaceSurface(const TopoDS_Face& face, double size) : size_(size) {
     if (face.Orientation() == TopAbs_REVERSED) orientation_ = -orientation_;
     if (location.Transformation().IsNegative()) orientation_ = -orientation_;
     set_rectangle();
-    if (!unbounded_) find_kinks();
+    if (unbounded_) return;
+    kinks_ = breaks(GeomAbs_C1);
+    knots_ = breaks(GeomAbs_CN);
+    // Cells end at kinks, so the descent cannot run around; the rectangle's ends are seeds enough.
+    for (std::size_t i = 0; i < 2; ++i)
+        wraps_[i] = wraps_[i] && kinks_[i].empty();
 }
 
 void FaceSurface::set_rectangle() {
@@ -74,22 +79,21 @@ void FaceSurface::set_rectangle() {
     }
 }
 
-void FaceSurface::find_kinks() {
+std::array<std::vector<double>, 2> FaceSurface::breaks(GeomAbs_Shape continuity) const {
     const GeomAdaptor_Surface adaptor(surface_, low_[0], high_[0], low_[1], high_[1]);
+    const std::array<int, 2> count{adaptor.NbUIntervals(continuity),
+                                   adaptor.NbVIntervals(continuity)};
+    std::array<std::vector<double>, 2> result;
     for (std::size_t i = 0; i < 2; ++i) {
-        const int count =
-            i == 0 ? adaptor.NbUIntervals(GeomAbs_C1) : adaptor.NbVIntervals(GeomAbs_C1);
-        TColStd_Array1OfReal breaks(1, count + 1);
+        TColStd_Array1OfReal at(1, count[i] + 1);
         if (i == 0)
-            adaptor.UIntervals(breaks, GeomAbs_C1);
+            adaptor.UIntervals(at, continuity);
         else
-            adaptor.VIntervals(breaks, GeomAbs_C1);
-        for (int k = 2; k <= count; ++k)
-            kinks_[i].push_back(breaks(k));
-        // Cells end at kinks, so the descent cannot run around; the rectangle's ends are seeds
-        // enough.
-        if (!kinks_[i].empty()) wraps_[i] = false;
+            adaptor.VIntervals(at, continuity);
+        for (int k = 2; k <= count[i]; ++k)
+            result[i].push_back(at(k));
     }
+    return result;
 }
 
 Vec3 FaceSurface::at(const Vec2& uv) const {
@@ -103,6 +107,18 @@ FaceSurface::Derivatives FaceSurface::derivatives(const Vec2& uv) const {
     gp_Vec du, dv, duu, dvv, duv;
     surface_->D2(uv[0], uv[1], p, du, dv, duu, dvv, duv);
     return {vec(p), vec(du), vec(dv), vec(duu), vec(duv), vec(dvv)};
+}
+
+double FaceSurface::curvature(const Vec2& uv) const {
+    const Derivatives d = derivatives(uv);
+    const Vec3 cross = d.u.cross(d.v);
+    const double sine = cross.norm();
+    if (!(sine > 1e-7 * d.u.norm() * d.v.norm())) return std::numeric_limits<double>::infinity();
+    const double e = d.u.squaredNorm(), f = d.u.dot(d.v), g = d.v.squaredNorm();
+    const double l = d.uu.dot(cross) / sine, m = d.uv.dot(cross) / sine, n = d.vv.dot(cross) / sine;
+    const double gauss = (l * n - m * m) / (sine * sine);
+    const double mean = 0.5 * (e * n - 2 * f * m + g * l) / (sine * sine);
+    return std::abs(mean) + std::sqrt(std::max(0.0, mean * mean - gauss));
 }
 
 Vec3 FaceSurface::normal(const Vec2& uv) const {
@@ -157,8 +173,8 @@ bool FaceSurface::contains(const Vec2& uv) const {
     return false;
 }
 
-FaceSurface::Cell FaceSurface::cell_of(const Vec2& uv) const {
-    Cell cell{low_, high_};
+FaceSurface::Rectangle FaceSurface::cell_of(const Vec2& uv) const {
+    Rectangle cell{low_, high_};
     for (std::size_t i = 0; i < 2; ++i) {
         const auto k = Eigen::Index(i);
         if (wraps_[i]) {
@@ -177,7 +193,7 @@ FaceSurface::Cell FaceSurface::cell_of(const Vec2& uv) const {
 }
 
 FaceSurface::Step FaceSurface::step(const Derivatives& d, const Vec3& r, const Vec2& uv,
-                                    const Cell& cell) const {
+                                    const Rectangle& cell) const {
     const Vec2 g(r.dot(d.u), r.dot(d.v));
     const double e = d.u.squaredNorm(), f = d.u.dot(d.v), h = d.v.squaredNorm();
     double a = e + r.dot(d.uu), b = f + r.dot(d.uv), c = h + r.dot(d.vv);
@@ -192,9 +208,10 @@ FaceSurface::Step FaceSurface::step(const Derivatives& d, const Vec3& r, const V
     return {box_minimum(hessian, g, cell.low - uv, cell.high - uv), newton};
 }
 
-FaceSurface::Foot FaceSurface::descend_in(const Cell& cell, const Vec3& query, const Start& start,
+FaceSurface::Foot FaceSurface::descend_in(const Rectangle& cell, const Vec3& query,
+                                          const Start& start,
                                           const std::vector<Vec2>& known) const {
-    constexpr int max_steps = 30, max_halvings = 12;
+    constexpr int max_steps = 50, max_halvings = 12;
     const double final_step = 1e-8 * size_;
     Vec2 uv = start.uv.cwiseMax(cell.low).cwiseMin(cell.high);
     Derivatives d = derivatives(uv);

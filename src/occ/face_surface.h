@@ -4,6 +4,7 @@
 #include "kernel_points.h"
 #include "trim_region.h"
 
+#include <GeomAbs_Shape.hxx>
 #include <Geom_Surface.hxx>
 #include <TopoDS_Face.hxx>
 
@@ -35,11 +36,25 @@ class FaceSurface {
     [[nodiscard]] const Vec2& high() const { return high_; }
 
     [[nodiscard]] geom::Vec3 at(const Vec2& uv) const;
+    /// Largest absolute curvature of a normal section; infinity where the surface is degenerate.
+    [[nodiscard]] double curvature(const Vec2& uv) const;
     /// Unit, outward. At degenerate points the limit, if it is one; else zero.
     [[nodiscard]] geom::Vec3 normal(const Vec2& uv) const;
     /// +1 when du x dv points outward, else -1.
     [[nodiscard]] double orientation() const { return orientation_; }
     [[nodiscard]] bool contains(const Vec2& uv) const;
+
+    struct Rectangle {
+        Vec2 low, high;
+        bool operator==(const Rectangle&) const = default;
+    };
+    /// Calls `visit` with the part in `box` of every span of the surface that `box` reaches into.
+    /// Within a span the surface is infinitely smooth; from one to the next its shape may change.
+    template <class Visit>
+    void each_span(const Rectangle& box, Visit&& visit) const {
+        Rectangle span;
+        each_interval(0, box, span, [&] { each_interval(1, box, span, [&] { visit(span); }); });
+    }
 
     struct Start {
         Vec2 uv;
@@ -54,24 +69,34 @@ class FaceSurface {
     struct Derivatives {
         geom::Vec3 p, u, v, uu, uv, vv;
     };
-    struct Cell {
-        Vec2 low, high;
-        bool operator==(const Cell&) const = default;
-    };
     struct Step {
         Vec2 delta;
         bool newton;  ///< of second order: the Hessian was positive definite
     };
 
     void set_rectangle();
-    void find_kinks();
+    [[nodiscard]] std::array<std::vector<double>, 2> breaks(GeomAbs_Shape continuity) const;
+    template <class Visit>
+    void each_interval(std::size_t i, const Rectangle& box, Rectangle& span, Visit&& visit) const {
+        const auto k = Eigen::Index(i);
+        double low = box.low[k];
+        for (const double knot : knots_[i]) {
+            if (knot <= low || knot >= box.high[k]) continue;
+            span.low[k] = low;
+            span.high[k] = low = knot;
+            visit();
+        }
+        span.low[k] = low;
+        span.high[k] = box.high[k];
+        visit();
+    }
     [[nodiscard]] Derivatives derivatives(const Vec2& uv) const;
     [[nodiscard]] geom::Vec3 limit_normal(const Vec2& uv, bool flat_u, bool flat_v) const;
-    [[nodiscard]] Cell cell_of(const Vec2& uv) const;
+    [[nodiscard]] Rectangle cell_of(const Vec2& uv) const;
     [[nodiscard]] Step step(const Derivatives& d, const geom::Vec3& r, const Vec2& uv,
-                            const Cell& cell) const;
-    [[nodiscard]] Foot descend_in(const Cell& cell, const geom::Vec3& query, const Start& start,
-                                  const std::vector<Vec2>& known) const;
+                            const Rectangle& cell) const;
+    [[nodiscard]] Foot descend_in(const Rectangle& cell, const geom::Vec3& query,
+                                  const Start& start, const std::vector<Vec2>& known) const;
 
     Handle(Geom_Surface) surface_;
     TrimRegion trim_;
@@ -79,6 +104,7 @@ class FaceSurface {
     std::array<bool, 2> wraps_{false, false};  ///< u, v may run around the whole period
     std::array<double, 2> period_{0.0, 0.0};
     std::array<std::vector<double>, 2> kinks_;  ///< parameters where the surface is not smooth
+    std::array<std::vector<double>, 2> knots_;  ///< parameters where any derivative jumps
     double orientation_ = 1.0;
     double size_;
     bool unbounded_ = false;

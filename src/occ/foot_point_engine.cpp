@@ -20,6 +20,9 @@ constexpr double coincident = 1e-9;
 constexpr double normal_spread_sin = 0.45;
 constexpr double normal_spread_cos = 0.89;
 constexpr std::size_t max_known_feet = 16;
+// Up to this part of the radius of curvature the distance is convex along the surface, with a
+// margin for what samples of the curvature have missed.
+constexpr double convex_share = 0.7;
 
 struct Candidate {
     double lower;  ///< the triangle's part of the face is no nearer
@@ -118,25 +121,31 @@ class Search {
     // the surface curves more than a sphere around the query, one triangle may hold several.
     template <class Found>
     void descend(const MeshTriangle& t, const Vec3& nearest, double distance, Found&& found) {
-        const auto from = [&](const Vec3& w) {
-            const Vec2 uv = w[0] * t.uv[0] + w[1] * t.uv[1] + w[2] * t.uv[2];
-            s_.known.clear();
-            for (const SurfaceFoot& f : s_.feet)
-                if (f.face == t.face && s_.known.size() < max_known_feet)
-                    s_.known.push_back(f.foot.uv);
-            const auto foot = surface(t.face).descend(query_, {uv, 0.25 * t.longest}, s_.known);
-            if (foot.merged) return;
-            s_.feet.push_back({t.face, foot});
-            found(s_.feet.back());
+        const auto at = [&](const Vec3& w) {
+            return Vec2(w[0] * t.uv[0] + w[1] * t.uv[1] + w[2] * t.uv[2]);
         };
-        from(nearest);
-        // The error of a piece of width w and curvature k is k w^2 / 8.
-        const double width = 2.0 * t.area / t.longest;
-        if (distance * 8.0 * t.error < 0.5 * width * width) return;
+        const Vec2 start = at(nearest);
+        descend_from(t, start, found);
+        if (distance * t.curvature < convex_share) return;
         constexpr double third = 1.0 / 3.0, far = 2.0 / 3.0, near = 1.0 / 6.0;
         for (const Vec3& w : {Vec3(third, third, third), Vec3(far, near, near),
                               Vec3(near, far, near), Vec3(near, near, far)})
-            from(w);
+            descend_from(t, at(w), found);
+        surface(t.face).each_span(box_of(t), [&](const FaceSurface::Rectangle& span) {
+            const Vec2 margin = 0.25 * (span.high - span.low);
+            descend_from(t, start.cwiseMax(span.low + margin).cwiseMin(span.high - margin), found);
+        });
+    }
+
+    template <class Found>
+    void descend_from(const MeshTriangle& t, const Vec2& uv, Found&& found) {
+        s_.known.clear();
+        for (const SurfaceFoot& f : s_.feet)
+            if (f.face == t.face && s_.known.size() < max_known_feet) s_.known.push_back(f.foot.uv);
+        const auto foot = surface(t.face).descend(query_, {uv, t.stride}, s_.known);
+        if (foot.merged) return;
+        s_.feet.push_back({t.face, foot});
+        found(s_.feet.back());
     }
 
     Nearest nearest_on_faces() {

@@ -10,7 +10,6 @@
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
 #include <Bnd_Box.hxx>
-#include <ShapeFix_Shell.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopTools_IndexedMapOfShape.hxx>
@@ -107,18 +106,79 @@ Sewn sew_best(const std::vector<TopoDS_Shape>& parts, double diagonal, double ma
     return best;
 }
 
-/// Faces of a shell agree in orientation afterwards; a shell that cannot is split by the kernel.
-std::vector<TopoDS_Shape> oriented_shells(const TopoDS_Shape& shape) {
-    std::vector<TopoDS_Shape> shells;
-    for (TopExp_Explorer it(shape, TopAbs_SHELL); it.More(); it.Next()) {
-        ShapeFix_Shell fix;
-        fix.FixFaceOrientation(TopoDS::Shell(it.Current()));
-        for (TopExp_Explorer fixed(fix.Shape(), TopAbs_SHELL); fixed.More(); fixed.Next()) {
-            shells.push_back(fixed.Current());
+/// Which faces share which edges, and how they run them.
+class FaceGraph {
+  public:
+    explicit FaceGraph(const TopoDS_Shape& shape) {
+        TopTools_IndexedMapOfShape faces;
+        TopExp::MapShapes(shape, TopAbs_FACE, faces);
+        for (int f = 1; f <= faces.Extent(); ++f) {
+            faces_.push_back(faces(f));
+            for (TopExp_Explorer it(faces(f), TopAbs_EDGE); it.More(); it.Next()) {
+                if (BRep_Tool::Degenerated(TopoDS::Edge(it.Current()))) continue;
+                const auto edge = std::size_t(edges_.Add(it.Current()));
+                if (edge > uses_.size()) uses_.emplace_back();
+                uses_[edge - 1].push_back({f - 1, it.Current().Orientation() == TopAbs_FORWARD});
+            }
+        }
+        neighbours_.resize(faces_.size());
+        for (const auto& uses : uses_) {
+            if (uses.size() != 2 || uses[0].face == uses[1].face) continue;
+            const bool agree = uses[0].forward != uses[1].forward;
+            neighbours_[std::size_t(uses[0].face)].push_back({uses[1].face, agree});
+            neighbours_[std::size_t(uses[1].face)].push_back({uses[0].face, agree});
         }
     }
-    return shells;
-}
+
+    /// One shell for each part that hangs together; the faces that disagree with the part's
+    /// majority are turned. Where a one-sided part cannot agree, its faces keep what they were
+    /// given first.
+    [[nodiscard]] std::vector<TopoDS_Shape> shells() const {
+        std::vector<TopoDS_Shape> shells;
+        std::vector<signed char> turned(faces_.size(), -1);
+        for (std::size_t seed = 0; seed < faces_.size(); ++seed) {
+            if (turned[seed] >= 0) continue;
+            std::vector<int> part{static_cast<int>(seed)};
+            turned[seed] = 0;
+            std::size_t turned_count = 0;
+            for (std::size_t next = 0; next < part.size(); ++next) {
+                const auto f = std::size_t(part[next]);
+                turned_count += turned[f] != 0 ? 1 : 0;
+                for (const Neighbour& n : neighbours_[f]) {
+                    auto& state = turned[std::size_t(n.face)];
+                    if (state >= 0) continue;
+                    state = static_cast<signed char>(n.agrees ? turned[f] : 1 - turned[f]);
+                    part.push_back(n.face);
+                }
+            }
+            const bool invert = 2 * turned_count > part.size();
+            BRep_Builder builder;
+            TopoDS_Shell shell;
+            builder.MakeShell(shell);
+            for (const int f : part) {
+                const TopoDS_Shape& face = faces_[std::size_t(f)];
+                builder.Add(shell,
+                            (turned[std::size_t(f)] != 0) != invert ? face.Reversed() : face);
+            }
+            shells.push_back(shell);
+        }
+        return shells;
+    }
+
+  private:
+    struct Use {
+        int face;
+        bool forward;
+    };
+    struct Neighbour {
+        int face;
+        bool agrees;
+    };
+    std::vector<TopoDS_Shape> faces_;
+    TopTools_IndexedMapOfShape edges_;
+    std::vector<std::vector<Use>> uses_;
+    std::vector<std::vector<Neighbour>> neighbours_;
+};
 
 TopoDS_Shape body_of_shell(const TopoDS_Shape& shell) {
     if (count_free_edges(shell) > 0) return shell;
@@ -185,10 +245,8 @@ TopoDS_Shape heal(const TopoDS_Shape& shape, double max_tolerance_rel, ReadRepor
                     "sewing would swallow faces at any tolerance; the faces stay as they are");
             }
         }
-        for (const TopoDS_Shape& shell : oriented_shells(sheets))
+        for (const TopoDS_Shape& shell : FaceGraph(sheets).shells()) {
             result.push_back(body_of_shell(shell));
-        for (TopExp_Explorer it(sheets, TopAbs_FACE, TopAbs_SHELL); it.More(); it.Next()) {
-            result.push_back(it.Current());
         }
     }
     return compound_of(result);

@@ -139,10 +139,11 @@ Inspection inspect_shape(const CadModel& model) {
     result.all_bicubic = result.all_bicubic && result.faces > 0;
     count_edges(shape, result);
 
-    // The optimal box is that of the faces, not of the poles; without the tolerances it is tight.
+    // AddOptimal takes seconds on lofted faces and differs in the sixth digit.
     Bnd_Box box;
-    BRepBndLib::AddOptimal(shape, box, false, false);
+    BRepBndLib::Add(shape, box, false);
     if (!box.IsVoid()) {
+        box.SetGap(0.0);
         result.bounds.add(vec(box.CornerMin()));
         result.bounds.add(vec(box.CornerMax()));
     }

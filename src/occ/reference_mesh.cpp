@@ -43,7 +43,8 @@ double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
 
 using SideMap = std::map<std::pair<int, int>, std::size_t>;
 
-// Largest distance between a piece of boundary curve and what the surface makes of its chord in (u, v).
+// Largest distance between a piece of boundary curve and what the surface makes of its chord in (u,
+// v).
 double sickle_width(const FaceSurface& surface, const Vec2& a, const Vec2& b,
                     const Handle(Geom_Curve) & curve, double t0, double t1) {
     constexpr int pieces = 4;
@@ -90,7 +91,8 @@ void add_boundary_errors(const TopoDS_Face& face, const FaceSurface& surface,
             triangle.error = std::max(triangle.error, width);
         }
     }
-    for (std::size_t i = first; i < triangles.size(); ++i) triangles[i].overhang = widest;
+    for (std::size_t i = first; i < triangles.size(); ++i)
+        triangles[i].overhang = widest;
 }
 
 void append_kernel_mesh(const TopoDS_Face& face, const FaceSurface& surface, int number,
@@ -143,7 +145,6 @@ void measure(MeshTriangle& triangle, const FaceSurface& surface, double size) {
     const auto& [a, b, c] = triangle.corner;
     const Vec3 cross = (b - a).cross(c - a);
     triangle.area = 0.5 * cross.norm();
-    triangle.longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
     const Vec2 ab = triangle.uv[1] - triangle.uv[0], ac = triangle.uv[2] - triangle.uv[0];
     const double turn = ab[0] * ac[1] - ab[1] * ac[0] < 0.0 ? -1.0 : 1.0;
     triangle.normal = surface.orientation() * turn * cross.normalized();
@@ -153,12 +154,28 @@ void measure(MeshTriangle& triangle, const FaceSurface& surface, double size) {
                           Vec3(0, 0.5, 0.5), Vec3(0.5, 0, 0.5), Vec3(third, third, third)}) {
         const Vec2 uv = w[0] * triangle.uv[0] + w[1] * triangle.uv[1] + w[2] * triangle.uv[2];
         off = std::max(off, nearest_on(triangle, surface.at(uv)).distance);
+        triangle.curvature = std::max(triangle.curvature, surface.curvature(uv));
     }
+    // Short spans, which the triangulation leaps over, may be all but kinks.
+    surface.each_span(box_of(triangle), [&](const FaceSurface::Rectangle& span) {
+        for (const double s : {0.15, 0.5, 0.85}) {
+            const Vec2 uv = span.low + s * (span.high - span.low);
+            triangle.curvature = std::max(triangle.curvature, surface.curvature(uv));
+        }
+    });
+    const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+    triangle.stride = std::min(0.25 * longest,
+                               std::max(0.5 / std::max(triangle.curvature, 1e-30), 0.01 * longest));
     // What is in a sickle beside the triangle is off the triangle by both.
     triangle.error += safety * off + 1e-12 * size;
 }
 
 }  // namespace
+
+FaceSurface::Rectangle box_of(const MeshTriangle& t) {
+    return {t.uv[0].cwiseMin(t.uv[1]).cwiseMin(t.uv[2]),
+            t.uv[0].cwiseMax(t.uv[1]).cwiseMax(t.uv[2])};
+}
 
 TrianglePoint nearest_on(const MeshTriangle& triangle, const Vec3& query) {
     // Voronoi regions of the corners, then of the sides, then the plane (Ericson, Real-time

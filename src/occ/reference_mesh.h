@@ -18,10 +18,12 @@ struct MeshTriangle {
     std::array<Vec2, 3> uv;
     geom::Vec3 normal;  ///< unit, outward; zero when the triangle has no area
     double area = 0.0;
-    double error = 0.0;    ///< largest distance between the triangle and its part of the face
-    /// The face's trim may leave out parts of the triangle, but none farther than this from its edge.
+    double error = 0.0;  ///< largest distance between the triangle and its part of the face
+    /// The face's trim may leave out parts of the triangle, but none farther than this from its
+    /// edge.
     double overhang = 0.0;
-    double longest = 0.0;  ///< side
+    double curvature = 0.0;  ///< largest absolute curvature of the face's part, as sampled
+    double stride = 0.0;     ///< how far a descent may step at once
     int face = -1;
 };
 
@@ -30,6 +32,9 @@ struct TrianglePoint {
     Eigen::Vector3d weights;
     double distance;
 };
+
+/// The rectangle around a triangle in (u, v).
+FaceSurface::Rectangle box_of(const MeshTriangle& triangle);
 
 TrianglePoint nearest_on(const MeshTriangle& triangle, const geom::Vec3& query);
 

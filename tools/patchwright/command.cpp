@@ -10,20 +10,47 @@
 #include <patchwright/occ/inspect.h>
 #include <patchwright/patch/extract.h>
 
-#include <csignal>
-#include <cstdio>
 #include <fmt/format.h>
 #include <sys/resource.h>
 #include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
 
 namespace patchwright::cli {
 
 volatile std::sig_atomic_t interrupted = 0;
 
+namespace {
+
+report::SolidFigures solid_figures(const std::string& file, const occ::CadModel& model) {
+    const occ::Inspection i = occ::inspect(model);
+    return {.file = file,
+            .solids = i.solids,
+            .shells_closed = i.shells_closed,
+            .shells_open = i.shells_open,
+            .faces = i.faces,
+            .edges = i.edges,
+            .vertices = i.vertices,
+            .free_edges = i.free_edges,
+            .nonmanifold_edges = i.nonmanifold_edges,
+            .faces_by_kind = i.faces_by_kind,
+            .closed = i.closed,
+            .valid = i.valid,
+            .all_bicubic = i.all_bicubic,
+            .volume = i.volume_mm3,
+            .area = i.area_mm2,
+            .max_tolerance = i.max_tolerance_mm,
+            .bounds = i.bounds};
+}
+
+}  // namespace
+
 void add_common_options(CLI::App& command, CommonOptions& options, bool with_html) {
     command.add_flag("-q,--quiet", options.quiet, "print errors only");
     command.add_flag("-v,--verbose", options.verbose, "print stage times as they end");
-    command.add_flag("--progress", options.progress, "show progress even where there is no terminal");
+    command.add_flag("--progress", options.progress,
+                     "show progress even where there is no terminal");
     command.add_option("--threads", options.threads, "threads to use; 0: all cores")
         ->check(CLI::NonNegativeNumber);
     command.add_option("--json", options.json, "write the report as JSON ('-': standard output)");
@@ -31,7 +58,8 @@ void add_common_options(CLI::App& command, CommonOptions& options, bool with_htm
 }
 
 void add_output_options(CLI::App& command, OutputOptions& options) {
-    command.add_option("-o,--output", options.file, "CAD file to write: .step .stp .igs .iges .brep")
+    command
+        .add_option("-o,--output", options.file, "CAD file to write: .step .stp .igs .iges .brep")
         ->required();
     command.add_option("--unit", options.unit, "unit of the output: mm, cm, m, in, ft or input")
         ->capture_default_str();
@@ -39,14 +67,16 @@ void add_output_options(CLI::App& command, OutputOptions& options) {
         ->check(CLI::IsMember({"ap203", "ap214", "ap242"}))
         ->capture_default_str();
     command
-        .add_option("--continuity", options.continuity,
-                    "at extraordinary vertices: refined (knots towards the vertex, a small kink remains)")
+        .add_option(
+            "--continuity", options.continuity,
+            "at extraordinary vertices: refined (knots towards the vertex, a small kink remains)")
         ->check(CLI::IsMember({"refined"}))
         ->capture_default_str();
     command.add_option("--patches", options.patches, "one surface for each cage face: faces")
         ->check(CLI::IsMember({"faces"}))
         ->capture_default_str();
-    command.add_option("--cap-depth", options.cap_depth, "knot levels towards an extraordinary vertex")
+    command
+        .add_option("--cap-depth", options.cap_depth, "knot levels towards an extraordinary vertex")
         ->check(CLI::Range(1, 20))
         ->capture_default_str();
 }
@@ -56,7 +86,9 @@ void add_fit_options(CLI::App& command, FitCommandOptions& options) {
         .add_option("--tolerance", options.tolerance,
                     "largest deviation: 0.05mm, 0.002in, or 1e-4rel (of the diagonal)")
         ->capture_default_str();
-    command.add_option("--cage-unit", options.cage_unit, "unit of the cage's numbers: mm, cm, m, in, ft")
+    command
+        .add_option("--cage-unit", options.cage_unit,
+                    "unit of the cage's numbers: mm, cm, m, in, ft")
         ->capture_default_str();
     command.add_option("--max-levels", options.max_levels, "refinements of the cage at most")
         ->check(CLI::Range(0, 8))
@@ -75,7 +107,8 @@ base::Progress Run::progress() const {
         if (show) {
             const double seconds =
                 std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-            const auto line = fmt::format("{:<10} {:3.0f} % {:6.1f} s", stage, 100 * fraction, seconds);
+            const auto line =
+                fmt::format("{:<10} {:3.0f} % {:6.1f} s", stage, 100 * fraction, seconds);
             if (line != last) fmt::print(stderr, "\r{}\033[K", line);
             std::fflush(stderr);
             last = line;
@@ -113,12 +146,13 @@ void Run::finish() {
     if (!options_.quiet) fmt::print("{}", report::to_text(report));
 }
 
-occ::CadModel read_input(Run& run, const std::string& file, const std::string& input_unit, bool heal) {
+Input read_input(Run& run, const std::string& file, const std::string& input_unit, bool heal) {
     occ::ReadOptions options{.heal = heal, .progress = run.progress()};
     if (!input_unit.empty()) options.unit = base::parse_length_unit(input_unit);
     const occ::ReadResult result = occ::read_cad(file, options);
-    for (const std::string& text : result.report.notices) run.notice(text);
-    const occ::Inspection inspection = occ::inspect(result.model);
+    for (const std::string& text : result.report.notices)
+        run.notice(text);
+    Input input{result.model, solid_figures(file, result.model)};
     constexpr const char* formats[] = {"STEP", "IGES", "BREP"};
     run.report.unit = result.report.unit;
     run.report.input =
@@ -127,14 +161,14 @@ occ::CadModel read_input(Run& run, const std::string& file, const std::string& i
                              .schema = result.report.schema,
                              .originating_system = result.report.originating_system,
                              .unit = result.report.unit,
-                             .solids = inspection.solids,
-                             .faces = inspection.faces,
-                             .free_edges = inspection.free_edges,
-                             .diagonal = inspection.bounds.diagonal(),
+                             .solids = input.figures.solids,
+                             .faces = input.figures.faces,
+                             .free_edges = input.figures.free_edges,
+                             .diagonal = input.figures.bounds.diagonal(),
                              .largest_gap_closed = result.report.largest_gap_mm,
                              .sewing_tolerance = result.report.sewing_tolerance_mm};
     run.end_stage("read");
-    return result.model;
+    return input;
 }
 
 mesh::Cage read_cage(Run& run, const std::string& file, base::LengthUnit unit) {
@@ -152,27 +186,6 @@ void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUni
     mesh::Cage scaled = cage;
     scaled.points /= base::millimetres_per(unit);
     base::write_text_file(file, mesh::obj_text(scaled));
-}
-
-report::SolidFigures solid_figures(const std::string& file, const occ::CadModel& model) {
-    const occ::Inspection i = occ::inspect(model);
-    return {.file = file,
-            .solids = i.solids,
-            .shells_closed = i.shells_closed,
-            .shells_open = i.shells_open,
-            .faces = i.faces,
-            .edges = i.edges,
-            .vertices = i.vertices,
-            .free_edges = i.free_edges,
-            .nonmanifold_edges = i.nonmanifold_edges,
-            .faces_by_kind = i.faces_by_kind,
-            .closed = i.closed,
-            .valid = i.valid,
-            .all_bicubic = i.all_bicubic,
-            .volume = i.volume_mm3,
-            .area = i.area_mm2,
-            .max_tolerance = i.max_tolerance_mm,
-            .bounds = i.bounds};
 }
 
 occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOptions& options,
@@ -215,9 +228,10 @@ mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const occ::CadReference& r
     const double tolerance = base::parse_length(options.tolerance).in_millimetres(diagonal);
     const double size_ratio = geom::bounding_box(cage.points).diagonal() / diagonal;
     if (size_ratio < 0.5 || size_ratio > 2.0) {
-        run.notice(fmt::format(
-            "the cage is {:.3g} times as large as the model; if its unit is not {}, pass --cage-unit",
-            size_ratio, options.cage_unit));
+        run.notice(
+            fmt::format("the cage is {:.3g} times as large as the model; if its unit is not {}, "
+                        "pass --cage-unit",
+                        size_ratio, options.cage_unit));
     }
     // The fit looks at its own samples; the rest of the tolerance is for what lies between them.
     fit::FitResult result = fit::fit(cage, reference,

@@ -8,6 +8,7 @@
 #include <patchwright/report/run_report.h>
 
 #include <CLI/CLI.hpp>
+
 #include <chrono>
 #include <optional>
 #include <string>
@@ -15,7 +16,14 @@
 namespace patchwright::cli {
 
 /// The exit codes of the contract.
-enum ExitCode { Done = 0, Usage = 1, BadInput = 2, ToleranceMissed = 3, NotWritten = 4, InternalError = 5 };
+enum ExitCode {
+    Done = 0,
+    Usage = 1,
+    BadInput = 2,
+    ToleranceMissed = 3,
+    NotWritten = 4,
+    InternalError = 5
+};
 
 /// Options of every subcommand.
 struct CommonOptions {
@@ -74,8 +82,15 @@ class Run {
     std::chrono::steady_clock::time_point stage_start_;
 };
 
+/// A CAD file as read and sewn.
+struct Input {
+    occ::CadModel model;
+    report::SolidFigures figures;
+};
+
 /// Reads a CAD file and fills report.input.
-occ::CadModel read_input(Run& run, const std::string& file, const std::string& input_unit, bool heal = true);
+Input read_input(Run& run, const std::string& file, const std::string& input_unit,
+                 bool heal = true);
 
 /// Reads a cage whose numbers are in `unit`, in millimetres; fills report.cage.
 mesh::Cage read_cage(Run& run, const std::string& file, base::LengthUnit unit);
@@ -88,11 +103,9 @@ void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUni
 occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOptions& options,
                             base::LengthUnit unit);
 
-/// The figures of a model for the report.
-report::SolidFigures solid_figures(const std::string& file, const occ::CadModel& model);
-
 /// Measures both ways and fills report.deviation.
-void compare_models(Run& run, const occ::CadReference& output, const occ::CadReference& input, int samples);
+void compare_models(Run& run, const occ::CadReference& output, const occ::CadReference& input,
+                    int samples);
 
 /// Fits and fills report.fit; the tolerance is for the final, two-sided deviation.
 mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const occ::CadReference& reference,

@@ -14,13 +14,10 @@ struct CompareOptions {
 
 int compare(const CompareOptions& options) {
     Run run(options.common);
-    const occ::CadModel a = read_input(run, options.a, options.input_unit);
-    const auto input = *run.report.input;
-    const occ::CadModel b = read_input(run, options.b, {});
-    run.report.input = input;
-    run.report.unit = input.unit;
-    run.report.solid = solid_figures(options.b, b);
-    compare_models(run, occ::CadReference(b), occ::CadReference(a), options.samples);
+    const Input b = read_input(run, options.b, {});
+    const Input a = read_input(run, options.a, options.input_unit);
+    run.report.solid = b.figures;
+    compare_models(run, occ::CadReference(b.model), occ::CadReference(a.model), options.samples);
     run.end_stage("check");
     run.finish();
     return Done;
@@ -30,8 +27,8 @@ int compare(const CompareOptions& options) {
 
 void register_compare(CLI::App& app, int& exit_code) {
     auto options = std::make_shared<CompareOptions>();
-    CLI::App* command =
-        app.add_subcommand("compare", "two-sided deviation of two CAD files; A counts as input, B as output");
+    CLI::App* command = app.add_subcommand(
+        "compare", "two-sided deviation of two CAD files; A counts as input, B as output");
     command->add_option("a", options->a, "CAD file")->required();
     command->add_option("b", options->b, "CAD file")->required();
     command->add_option("--samples", options->samples, "samples each way")

@@ -1,6 +1,6 @@
-#include <patchwright/base/error.h>
-
 #include "command.h"
+
+#include <patchwright/base/error.h>
 
 #include <memory>
 
@@ -26,9 +26,10 @@ int convert(const ConvertOptions& options) {
 
     Run run(options.common);
     const mesh::Cage cage = read_cage(run, options.cage, cage_unit);
-    const occ::CadModel model = read_input(run, options.input, options.input_unit);
-    if (options.output.unit != "input") run.report.unit = base::parse_length_unit(options.output.unit);
-    const occ::CadReference reference(model, {.progress = run.progress()});
+    const Input input = read_input(run, options.input, options.input_unit);
+    if (options.output.unit != "input")
+        run.report.unit = base::parse_length_unit(options.output.unit);
+    const occ::CadReference reference(input.model, {.progress = run.progress()});
     run.end_stage("layout");
 
     const mesh::Cage fitted = fit_cage(run, cage, reference, options.fit);
@@ -39,7 +40,8 @@ int convert(const ConvertOptions& options) {
 
     report::FitFigures& fit = *run.report.fit;
     const report::DeviationFigures& deviation = *run.report.deviation;
-    fit.met = deviation.output_to_input.max <= fit.tolerance && deviation.input_to_output.max <= fit.tolerance;
+    fit.met = deviation.output_to_input.max <= fit.tolerance &&
+              deviation.input_to_output.max <= fit.tolerance;
     run.finish();
     return fit.met ? Done : ToleranceMissed;
 }
@@ -48,11 +50,13 @@ int convert(const ConvertOptions& options) {
 
 void register_convert(CLI::App& app, int& exit_code) {
     auto options = std::make_shared<ConvertOptions>();
-    CLI::App* command = app.add_subcommand("convert", "CAD file and cage to one clean solid, measured");
+    CLI::App* command =
+        app.add_subcommand("convert", "CAD file and cage to one clean solid, measured");
     command->add_option("input", options->input, "CAD file: STEP, IGES or BREP")->required();
     command->add_option("--cage", options->cage, "control mesh (OBJ)");
     command->add_option("--cage-out", options->cage_out, "write the fitted control mesh (OBJ)");
-    command->add_option("--input-unit", options->input_unit, "overrides the unit written in the input");
+    command->add_option("--input-unit", options->input_unit,
+                        "overrides the unit written in the input");
     command->add_option("--samples", options->samples, "samples for the deviation, each way")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();

@@ -32,7 +32,8 @@ void register_export(CLI::App& app, int& exit_code) {
     auto options = std::make_shared<ExportOptions>();
     CLI::App* command = app.add_subcommand("export", "limit surface of a cage to a CAD file");
     command->add_option("cage", options->cage, "control mesh (OBJ)")->required();
-    command->add_option("--cage-unit", options->cage_unit, "unit of the cage's numbers")->capture_default_str();
+    command->add_option("--cage-unit", options->cage_unit, "unit of the cage's numbers")
+        ->capture_default_str();
     add_output_options(*command, options->output);
     add_common_options(*command, options->common, true);
     command->callback([options, &exit_code] { exit_code = export_cage(*options); });

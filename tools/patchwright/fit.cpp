@@ -17,8 +17,8 @@ int fit_only(const FitOnlyOptions& options) {
     base::parse_length(options.fit.tolerance);
     Run run(options.common);
     const mesh::Cage cage = read_cage(run, options.cage, cage_unit);
-    const occ::CadModel model = read_input(run, options.input, options.input_unit);
-    const occ::CadReference reference(model, {.progress = run.progress()});
+    const Input input = read_input(run, options.input, options.input_unit);
+    const occ::CadReference reference(input.model, {.progress = run.progress()});
     run.end_stage("layout");
     const mesh::Cage fitted = fit_cage(run, cage, reference, options.fit);
     write_cage(fitted, options.output, cage_unit);
@@ -31,11 +31,13 @@ int fit_only(const FitOnlyOptions& options) {
 
 void register_fit(CLI::App& app, int& exit_code) {
     auto options = std::make_shared<FitOnlyOptions>();
-    CLI::App* command = app.add_subcommand("fit", "fit a cage to a CAD file, write the fitted cage");
+    CLI::App* command =
+        app.add_subcommand("fit", "fit a cage to a CAD file, write the fitted cage");
     command->add_option("input", options->input, "CAD file: STEP, IGES or BREP")->required();
     command->add_option("--cage", options->cage, "control mesh (OBJ)")->required();
     command->add_option("-o,--output", options->output, "fitted control mesh (OBJ)")->required();
-    command->add_option("--input-unit", options->input_unit, "overrides the unit written in the input");
+    command->add_option("--input-unit", options->input_unit,
+                        "overrides the unit written in the input");
     add_fit_options(*command, options->fit);
     add_common_options(*command, options->common, true);
     command->callback([options, &exit_code] { exit_code = fit_only(*options); });

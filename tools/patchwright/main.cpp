@@ -1,12 +1,13 @@
 // The command line: reads arguments, turns errors into the contract's exit codes.
+#include "command.h"
+
 #include <patchwright/base/error.h>
 #include <patchwright/base/version.h>
 
-#include "command.h"
+#include <fmt/format.h>
 
 #include <csignal>
 #include <cstdio>
-#include <fmt/format.h>
 
 namespace patchwright::cli {
 
@@ -14,7 +15,9 @@ extern volatile std::sig_atomic_t interrupted;
 
 namespace {
 
-void on_interrupt(int) { interrupted = 1; }
+void on_interrupt(int) {
+    interrupted = 1;
+}
 
 int fail(int code, const std::string& text) {
     fmt::print(stderr, "patchwright: {}\n", text);
@@ -22,11 +25,13 @@ int fail(int code, const std::string& text) {
 }
 
 int run(int argc, char** argv) {
-    CLI::App app{"Legacy CAD to a few clean, smooth, untrimmed patches that form one watertight solid."};
+    CLI::App app{
+        "Legacy CAD to a few clean, smooth, untrimmed patches that form one watertight solid."};
     app.set_version_flag("--version", "patchwright " + std::string(base::version()));
     app.require_subcommand(1);
     app.footer(
-        "Exit codes: 0 done and tolerance met, 1 usage, 2 input unreadable or unusable, 3 written but the\n"
+        "Exit codes: 0 done and tolerance met, 1 usage, 2 input unreadable or unusable, 3 written "
+        "but the\n"
         "tolerance was missed, 4 output could not be written, 5 internal error, 130 interrupted.");
     int exit_code = Done;
     register_convert(app, exit_code);

@@ -1,7 +1,7 @@
+#include "command.h"
+
 #include <patchwright/base/error.h>
 #include <patchwright/subd/refine.h>
-
-#include "command.h"
 
 #include <fmt/format.h>
 
@@ -43,7 +43,9 @@ void register_subdivide(CLI::App& app, int& exit_code) {
     auto options = std::make_shared<SubdivideOptions>();
     CLI::App* command = app.add_subcommand("subdivide", "Catmull-Clark steps on a cage");
     command->add_option("cage", options->cage, "control mesh (OBJ)")->required();
-    command->add_option("-n", options->levels, "number of steps")->check(CLI::Range(0, 12))->capture_default_str();
+    command->add_option("-n", options->levels, "number of steps")
+        ->check(CLI::Range(0, 12))
+        ->capture_default_str();
     command->add_option("-o,--output", options->output, "refined control mesh (OBJ)")->required();
     add_common_options(*command, options->common, false);
     command->callback([options, &exit_code] { exit_code = subdivide(*options); });
