@@ -56,9 +56,7 @@ constexpr double cap_aspect = 2.0;  // length of the cap over the tip's half thi
 constexpr double gap_mm = 2e-4 * 25.4;
 const std::vector<double> span_stations{0, 0.15, 0.35, 0.55, 0.75, 0.9, 1};
 
-double mix(double root, double tip, double eta) {
-    return root + (tip - root) * eta;
-}
+double mix(double root, double tip, double eta) { return root + (tip - root) * eta; }
 
 /// Point of the wing's skin. `s` runs along the section from the lower trailing edge (-1) over the
 /// nose (0) to the upper trailing edge (1), with the chord fraction s * s; `eta` from root to tip.
@@ -117,13 +115,11 @@ Handle(Geom_BSplineCurve)
 Handle(Geom_BSplineSurface) make_skin() {
     constexpr int side = 16;
     std::vector<double> s;
-    for (int i = -side; i <= side; ++i)
-        s.push_back(double(i) / side);
+    for (int i = -side; i <= side; ++i) s.push_back(double(i) / side);
     std::vector<Handle(Geom_BSplineCurve)> sections;
     for (double eta : span_stations) {
         std::vector<gp_Pnt> points;
-        for (double si : s)
-            points.push_back(skin_point(si, eta));
+        for (double si : s) points.push_back(skin_point(si, eta));
         sections.push_back(interpolate(points, s));
     }
     const auto& u = sections.front();
@@ -131,11 +127,9 @@ Handle(Geom_BSplineSurface) make_skin() {
     TColgp_Array2OfPnt poles(1, u->NbPoles(), 1, static_cast<int>(span_stations.size()) + 2);
     for (int i = 1; i <= u->NbPoles(); ++i) {
         std::vector<gp_Pnt> column;
-        for (const auto& section : sections)
-            column.push_back(section->Pole(i));
+        for (const auto& section : sections) column.push_back(section->Pole(i));
         v = interpolate(column, span_stations);
-        for (int j = 1; j <= v->NbPoles(); ++j)
-            poles.SetValue(i, j, v->Pole(j));
+        for (int j = 1; j <= v->NbPoles(); ++j) poles.SetValue(i, j, v->Pole(j));
     }
     return new Geom_BSplineSurface(poles, u->Knots(), v->Knots(), u->Multiplicities(),
                                    v->Multiplicities(), 3, 3);
@@ -186,8 +180,7 @@ Handle(Geom_BSplineSurface)
 
 TopoDS_Face planar_face(const std::vector<Handle(Geom_BSplineCurve)>& loop) {
     BRepBuilderAPI_MakeWire wire;
-    for (const auto& c : loop)
-        wire.Add(BRepBuilderAPI_MakeEdge(c).Edge());
+    for (const auto& c : loop) wire.Add(BRepBuilderAPI_MakeEdge(c).Edge());
     return BRepBuilderAPI_MakeFace(wire.Wire(), true).Face();
 }
 
@@ -239,8 +232,7 @@ TopoDS_Solid sewn_solid(const WingFaces& wing) {
     for (const auto& surface : wing.free_form) {
         sewing.Add(BRepBuilderAPI_MakeFace(surface, 1e-7).Face());
     }
-    for (const auto& face : wing.planar)
-        sewing.Add(face);
+    for (const auto& face : wing.planar) sewing.Add(face);
     sewing.Perform();
     if (sewing.NbFreeEdges() != 0) throw std::runtime_error("the clean wing does not close");
     TopoDS_Solid solid = BRepBuilderAPI_MakeSolid(TopoDS::Shell(sewing.SewedShape())).Solid();
@@ -340,8 +332,7 @@ void write_cage(const std::string& path) {
     const int n = static_cast<int>(chord.size());
     const int m = static_cast<int>(span.size()) + 2;  // two more rows for the cap
     std::vector<double> loop;
-    for (int i = n; i-- > 0;)
-        loop.push_back(-chord[i]);
+    for (int i = n; i-- > 0;) loop.push_back(-chord[i]);
     loop.insert(loop.end(), chord.begin(), chord.end());
     const int around = 2 * n;
 
@@ -349,12 +340,10 @@ void write_cage(const std::string& path) {
     std::vector<std::vector<gp_XYZ>> rows;
     const auto section = [&](double eta) {
         std::vector<gp_XYZ> joints;
-        for (double s : loop)
-            joints.push_back(skin_point(s, eta).XYZ());
+        for (double s : loop) joints.push_back(skin_point(s, eta).XYZ());
         return control_points(joints);
     };
-    for (double eta : span)
-        rows.push_back(section(eta));
+    for (double eta : span) rows.push_back(section(eta));
     const std::vector<gp_XYZ> tip = section(1);
     for (int row = 0; row < 2; ++row) {
         // A cubic B-spline through the half ellipse's start, its end and a point between.
@@ -371,11 +360,9 @@ void write_cage(const std::string& path) {
     }
     for (int i = 0; i < around; ++i) {
         std::vector<gp_XYZ> joints;
-        for (int j = 0; j + 1 < m; ++j)
-            joints.push_back(rows[j][i]);
+        for (int j = 0; j + 1 < m; ++j) joints.push_back(rows[j][i]);
         const std::vector<gp_XYZ> column = control_points(joints);
-        for (int j = 0; j + 1 < m; ++j)
-            rows[j][i] = column[j];
+        for (int j = 0; j + 1 < m; ++j) rows[j][i] = column[j];
     }
 
     std::ofstream out(path);
@@ -395,8 +382,7 @@ void write_cage(const std::string& path) {
     };
     const auto strip = [&](const char* name, int count, const std::function<void(int)>& face) {
         out << "g " << name << '\n';
-        for (int k = 0; k < count; ++k)
-            face(k);
+        for (int k = 0; k < count; ++k) face(k);
     };
     const int last = n - 1;
     const int cells = last * (m - 1);
@@ -425,8 +411,7 @@ void write_cage(const std::string& path) {
         crease(lower(last, j), lower(last, j + 1));
     }
     crease(upper(last, m - 1), lower(last, m - 1));
-    for (int i = 0; i < around; ++i)
-        crease(i, (i + 1) % around);
+    for (int i = 0; i < around; ++i) crease(i, (i + 1) % around);
     if (!out.flush()) throw std::runtime_error(path + ": not written");
 }
 

@@ -12,7 +12,8 @@
 namespace patchwright::base {
 
 PendingFile::PendingFile(std::filesystem::path final_path) : final_(std::move(final_path)) {
-    const auto folder = final_.has_parent_path() ? final_.parent_path() : std::filesystem::path(".");
+    const auto folder =
+        final_.has_parent_path() ? final_.parent_path() : std::filesystem::path(".");
     if (std::filesystem::is_directory(final_)) {
         throw OutputError(fmt::format("{}: is a folder; give a file name", final_.string()));
     }
@@ -38,7 +39,8 @@ void PendingFile::commit() {
     std::error_code error;
     std::filesystem::rename(temporary_, final_, error);
     if (error) {
-        throw OutputError(fmt::format("{}: cannot be written: {}", final_.string(), error.message()));
+        throw OutputError(
+            fmt::format("{}: cannot be written: {}", final_.string(), error.message()));
     }
     committed_ = true;
 }

@@ -48,7 +48,8 @@ Length parse_length(std::string_view text) {
         std::from_chars(text.data(), text.data() + text.size(), length.value);
     if (error != std::errc{} || !std::isfinite(length.value) || length.value <= 0.0) {
         throw InvalidArgument(fmt::format(
-            "'{}' is no length; use a positive number with a unit, such as 0.05mm or 1e-4rel", text));
+            "'{}' is no length; use a positive number with a unit, such as 0.05mm or 1e-4rel",
+            text));
     }
     const std::string_view unit = text.substr(static_cast<std::size_t>(rest - text.data()));
     if (unit != "rel") length.unit = parse_length_unit(unit);

@@ -21,7 +21,8 @@ void add_scaled(geom::Points& to, const Row3& factor, const geom::Points& what) 
 CglsResult solve_cgls(const LinearOperator& a, const geom::Points& b, const geom::Points& start,
                       const CglsOptions& options) {
     if (b.rows() != a.rows() || start.rows() != a.columns()) {
-        throw base::InvalidArgument("solve_cgls: sizes of operator, right-hand side and start differ");
+        throw base::InvalidArgument(
+            "solve_cgls: sizes of operator, right-hand side and start differ");
     }
     if (options.max_iterations < 0 || !(options.relative_residual >= 0.0)) {
         throw base::InvalidArgument("solve_cgls: iterations and tolerance must not be negative");

@@ -1,11 +1,11 @@
+#include "fit/sampling.h"
+
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
 #include <patchwright/fit/cgls.h>
 #include <patchwright/fit/fit.h>
 #include <patchwright/subd/limit_operator.h>
 #include <patchwright/subd/refine.h>
-
-#include "fit/sampling.h"
 
 #include <fmt/format.h>
 
@@ -31,7 +31,8 @@ class HeldOperator final : public LinearOperator {
         : full_(full), free_(free) {}
     [[nodiscard]] Eigen::Index rows() const override { return full_.rows(); }
     [[nodiscard]] Eigen::Index columns() const override { return full_.columns(); }
-    // CGLS only ever applies it to combinations of its own transposed products: those are zero there.
+    // CGLS only ever applies it to combinations of its own transposed products: those are zero
+    // there.
     void apply(const Points& x, Points& y) const override { full_.apply(x, y); }
     void apply_transposed(const Points& y, Points& x) const override {
         full_.apply_transposed(y, x);
@@ -69,14 +70,16 @@ std::optional<Vec3> unit_or_none(const Vec3& v) {
 /// The fit on one level of refinement.
 class LevelFit {
   public:
-    LevelFit(const mesh::Cage& cage, const geom::ReferenceSurface& reference, const FitOptions& options)
+    LevelFit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
+             const FitOptions& options)
         : topology_(*cage.topology),
           points_(cage.points),
           reference_(reference),
           options_(options),
           reach_(options.feature_reach_rel * reference.bounds().diagonal()),
           curves_(curve_sites(topology_)),
-          surface_operator_(topology_, {interior_grid(options.samples_per_edge)}, face_sites(topology_)),
+          surface_operator_(topology_, {interior_grid(options.samples_per_edge)},
+                            face_sites(topology_)),
           curve_operator_(topology_, side_sets(options.samples_per_edge), curves_.sites),
           curve_free_(std::size_t(topology_.vertex_count()), 0),
           surface_free_(std::size_t(topology_.vertex_count()), 1) {
@@ -157,7 +160,8 @@ class LevelFit {
                 for (std::size_t site = first; site < last; ++site) {
                     for (auto row = rows[site]; row < rows[site + 1]; ++row) {
                         targets.row(row) =
-                            curve_target(limit.row(row).transpose(), curves_.kinds[site]).transpose();
+                            curve_target(limit.row(row).transpose(), curves_.kinds[site])
+                                .transpose();
                     }
                 }
             });
@@ -172,21 +176,22 @@ class LevelFit {
         surface_operator_.apply(points_, surface_limit_);
         const Points normals = surface_operator_.normals(points_);
         Points targets(surface_limit_.rows(), 3);
-        base::parallel_for(std::size_t(targets.rows()), 64, [&](std::size_t first, std::size_t last) {
-            for (auto i = Eigen::Index(first); i < Eigen::Index(last); ++i) {
-                const Vec3 at = surface_limit_.row(i).transpose();
-                targets.row(i) =
-                    reference_.foot_point(at, unit_or_none(normals.row(i).transpose())).point;
-            }
-        });
+        base::parallel_for(
+            std::size_t(targets.rows()), 64, [&](std::size_t first, std::size_t last) {
+                for (auto i = Eigen::Index(first); i < Eigen::Index(last); ++i) {
+                    const Vec3 at = surface_limit_.row(i).transpose();
+                    targets.row(i) =
+                        reference_.foot_point(at, unit_or_none(normals.row(i).transpose())).point;
+                }
+            });
         for (Eigen::Index i = 0; i < targets.rows(); ++i) {
             distances.add((surface_limit_.row(i) - targets.row(i)).norm());
         }
         return targets;
     }
 
-    void solve(const subd::LimitOperator& full, const std::vector<char>& free, const Points& targets,
-               const Points& limit, FitLevel& level) {
+    void solve(const subd::LimitOperator& full, const std::vector<char>& free,
+               const Points& targets, const Points& limit, FitLevel& level) {
         const HeldOperator held(full, free);
         const CglsResult step =
             solve_cgls(held, targets - limit, Points::Zero(held.columns(), 3),
@@ -209,7 +214,8 @@ class LevelFit {
 };
 
 /// Distances of a grid over all faces, borders included and denser than the one that was fitted.
-Distances measure(const mesh::Cage& cage, const geom::ReferenceSurface& reference, int samples_per_edge) {
+Distances measure(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
+                  int samples_per_edge) {
     const subd::LimitOperator limit_operator(*cage.topology, {closed_grid(samples_per_edge + 1)},
                                              face_sites(*cage.topology));
     Points limit;
@@ -264,7 +270,10 @@ FitResult fit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
         result.met = level.max_mm <= options.tolerance_mm;
         const bool room = static_cast<int>(result.levels.size()) <= options.max_levels &&
                           4 * level.vertices <= options.max_vertices;
-        if (result.met || !room) return result;
+        const std::size_t count = result.levels.size();
+        const bool stuck =
+            count > 1 && level.max_mm > options.least_gain * result.levels[count - 2].max_mm;
+        if (result.met || !room || stuck) return result;
         result.cage = subd::refine(result.cage, 1);
     }
 }

@@ -57,7 +57,8 @@ CurveSampling curve_sites(const Topology& topology) {
         if (n == 4) {
             sampling.sites.push_back({f, 0, i});
         } else {
-            // The first half of the edge is side 0 of its start's sector, the rest side 3 of the next.
+            // The first half of the edge is side 0 of its start's sector, the rest side 3 of the
+            // next.
             sampling.sites.push_back({f, i, 0});
             sampling.sites.push_back({f, (i + 1) % n, 3});
         }

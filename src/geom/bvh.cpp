@@ -71,8 +71,7 @@ struct Bvh::Builder {
     // Reorders [begin, end) and returns where the right half starts.
     std::int32_t split(const Task& task) {
         Box3 centres;
-        for (auto i = task.begin; i < task.end; ++i)
-            centres.add(centre(items[std::size_t(i)]));
+        for (auto i = task.begin; i < task.end; ++i) centres.add(centre(items[std::size_t(i)]));
         int axis = 0;
         const double extent = (centres.max - centres.min).maxCoeff(&axis);
         const auto first = items.begin() + task.begin;

@@ -44,7 +44,8 @@ class Checker {
                 fail("vertex {} joins parts that share no edge there; split the vertex", v.value);
             }
             if (!topology.is_boundary(v) && in_fan < 3) {
-                fail("inner vertex {} has only {} faces; remove it or split its faces", v.value, in_fan);
+                fail("inner vertex {} has only {} faces; remove it or split its faces", v.value,
+                     in_fan);
             }
         }
     }
@@ -65,7 +66,8 @@ class Checker {
     void check_vertices_and_sizes() {
         if (input_.face_sizes.empty()) fail("holds no faces");
         for (Eigen::Index v = 0; v < points_.rows(); ++v) {
-            if (!points_.row(v).allFinite()) fail("vertex {} has a coordinate that is not finite", v);
+            if (!points_.row(v).allFinite())
+                fail("vertex {} has a coordinate that is not finite", v);
         }
         begin_.assign(input_.face_sizes.size() + 1, 0);
         std::partial_sum(input_.face_sizes.begin(), input_.face_sizes.end(), begin_.begin() + 1);
@@ -122,8 +124,8 @@ class Checker {
             const HalfEdge& a = half_edges_[i - 2];
             const HalfEdge& c = half_edges_[i];
             if (a.low == c.low && a.high == c.high) {
-                fail("edge {}-{} has more than two faces ({}, {}, {}); split it", a.low, a.high, a.face,
-                     half_edges_[i - 1].face, c.face);
+                fail("edge {}-{} has more than two faces ({}, {}, {}); split it", a.low, a.high,
+                     a.face, half_edges_[i - 1].face, c.face);
             }
         }
     }
@@ -156,8 +158,8 @@ class Checker {
         for (int seed = 0; seed < face_count(); ++seed) {
             if (turned[std::size_t(seed)] >= 0) continue;
             const std::vector<int> part = spread(seed, neighbours, turned);
-            const auto turned_count =
-                std::count_if(part.begin(), part.end(), [&](int f) { return turned[std::size_t(f)]; });
+            const auto turned_count = std::count_if(part.begin(), part.end(),
+                                                    [&](int f) { return turned[std::size_t(f)]; });
             bool invert = 2 * turned_count > static_cast<std::ptrdiff_t>(part.size());
             const bool closed =
                 std::none_of(part.begin(), part.end(), [&](int f) { return open[std::size_t(f)]; });
@@ -178,15 +180,17 @@ class Checker {
         for (std::size_t next = 0; next < part.size(); ++next) {
             const int f = part[next];
             for (const Neighbour& n : neighbours[std::size_t(f)]) {
-                const auto wanted = static_cast<signed char>(
-                    n.agrees ? turned[std::size_t(f)] : 1 - turned[std::size_t(f)]);
+                const auto wanted = static_cast<signed char>(n.agrees ? turned[std::size_t(f)]
+                                                                      : 1 - turned[std::size_t(f)]);
                 auto& state = turned[std::size_t(n.face)];
                 if (state < 0) {
                     state = wanted;
                     part.push_back(n.face);
                 } else if (state != wanted) {
-                    fail("faces around edge {}-{} cannot be oriented consistently (one-sided surface)",
-                         n.low, n.high);
+                    fail(
+                        "faces around edge {}-{} cannot be oriented consistently (one-sided "
+                        "surface)",
+                        n.low, n.high);
                 }
             }
         }
@@ -233,7 +237,8 @@ class Checker {
                 half_edges_.begin(), half_edges_.end(), key, [](const HalfEdge& h, const auto& k) {
                     return std::tie(h.low, h.high) < std::tie(k.first, k.second);
                 });
-            if (found == half_edges_.end() || found->low != key.first || found->high != key.second) {
+            if (found == half_edges_.end() || found->low != key.first ||
+                found->high != key.second) {
                 fail("{}: there is no such edge", what);
             }
         }
@@ -255,8 +260,8 @@ class Checker {
 
 BuildResult build_cage(TopologyInput input, geom::Points points, std::string_view source) {
     if (points.rows() != input.vertex_count) {
-        throw base::InvalidArgument(fmt::format("{}: {} points for {} vertices", source, points.rows(),
-                                                input.vertex_count));
+        throw base::InvalidArgument(fmt::format("{}: {} points for {} vertices", source,
+                                                points.rows(), input.vertex_count));
     }
     Checker checker(input, points, source);
     BuildResult result;

@@ -39,7 +39,8 @@ class ObjParser {
         input_.vertex_count = static_cast<int>(coordinates_.size() / 3);
         if (input_.vertex_count == 0) throw base::InputError(source_ + ": holds no vertices");
         if (input_.group_names.empty()) input_.face_group.clear();
-        geom::Points points = Eigen::Map<const geom::Points>(coordinates_.data(), input_.vertex_count, 3);
+        geom::Points points =
+            Eigen::Map<const geom::Points>(coordinates_.data(), input_.vertex_count, 3);
         return build_cage(std::move(input_), std::move(points), source_);
     }
 
@@ -99,8 +100,8 @@ class ObjParser {
         for (std::size_t i = 1; i <= 3; ++i) {
             const double value = real(words[i]);
             if (!std::isfinite(value)) {
-                fail("vertex {} has the coordinate '{}', which is not finite", coordinates_.size() / 3,
-                     words[i]);
+                fail("vertex {} has the coordinate '{}', which is not finite",
+                     coordinates_.size() / 3, words[i]);
             }
             coordinates_.push_back(value);
         }
@@ -131,7 +132,8 @@ class ObjParser {
             return;
         }
         const auto begin = static_cast<std::size_t>(words[1].data() - line.data());
-        const auto end = static_cast<std::size_t>(words.back().data() - line.data()) + words.back().size();
+        const auto end =
+            static_cast<std::size_t>(words.back().data() - line.data()) + words.back().size();
         const std::string name(line.substr(begin, end - begin));
         const auto [entry, added] =
             group_numbers_.try_emplace(name, static_cast<int>(input_.group_names.size()));
@@ -149,7 +151,8 @@ class ObjParser {
         }
         const int integers = integer(counts.substr(0, first));
         const int reals = integer(counts.substr(first + 1, second - first - 1));
-        if (integers < 0 || reals < 0 || words.size() < 3 + std::size_t(integers) + std::size_t(reals)) {
+        if (integers < 0 || reals < 0 ||
+            words.size() < 3 + std::size_t(integers) + std::size_t(reals)) {
             fail("tag '{}' has fewer arguments than {} says", words[1], counts);
         }
         std::vector<int> i;
@@ -239,7 +242,8 @@ std::string obj_text(const Cage& cage) {
     }
     for (const VertexId v : topology.vertices()) {
         if (topology.tagged_sharpness(v) > 0.0) {
-            print("t corner 1/1/0 {} {}\n", v.value, written_sharpness(topology.tagged_sharpness(v)));
+            print("t corner 1/1/0 {} {}\n", v.value,
+                  written_sharpness(topology.tagged_sharpness(v)));
         }
         if (topology.is_pinned(v)) print("#patchwright pin {}\n", v.value);
     }

@@ -34,9 +34,7 @@ namespace patchwright::occ {
 
 namespace {
 
-gp_Pnt to_point(const geom::Vec3& p) {
-    return {p.x(), p.y(), p.z()};
-}
+gp_Pnt to_point(const geom::Vec3& p) { return {p.x(), p.y(), p.z()}; }
 
 /// Distinct knots with their multiplicities.
 struct KnotTable {
@@ -53,8 +51,7 @@ struct KnotTable {
     }
     static int count(const std::vector<double>& flat) {
         int distinct = 1;
-        for (std::size_t i = 1; i < flat.size(); ++i)
-            distinct += flat[i] != flat[i - 1] ? 1 : 0;
+        for (std::size_t i = 1; i < flat.size(); ++i) distinct += flat[i] != flat[i - 1] ? 1 : 0;
         return distinct;
     }
     TColStd_Array1OfReal values;
@@ -96,8 +93,7 @@ class Connectivity {
         : uses_(set.edges.size()), part_(set.patches.size()) {
         for (std::size_t p = 0; p < set.patches.size(); ++p) {
             for (const auto& side : set.patches[p].sides) {
-                for (const patch::EdgeUse& use : side)
-                    add(use, static_cast<int>(p));
+                for (const patch::EdgeUse& use : side) add(use, static_cast<int>(p));
             }
         }
         std::iota(part_.begin(), part_.end(), 0);
@@ -163,17 +159,14 @@ class Assembler {
     CadModel run() {
         make_vertices_and_edges();
         faces_.reserve(set_.patches.size());
-        for (const patch::Patch& patch : set_.patches)
-            faces_.push_back(make_face(patch));
+        for (const patch::Patch& patch : set_.patches) faces_.push_back(make_face(patch));
         mark_smooth_edges();
 
         TopoDS_Compound compound;
         builder_.MakeCompound(compound);
         std::vector<TopoDS_Shape> bodies;
-        for (const auto& part : connectivity_.parts())
-            bodies.push_back(make_body(part));
-        for (const TopoDS_Shape& body : bodies)
-            builder_.Add(compound, body);
+        for (const auto& part : connectivity_.parts()) bodies.push_back(make_body(part));
+        for (const TopoDS_Shape& body : bodies) builder_.Add(compound, body);
 
         auto impl = std::make_shared<CadModel::Impl>();
         impl->shape = bodies.size() == 1 ? bodies.front() : TopoDS_Shape(compound);
@@ -205,8 +198,7 @@ class Assembler {
         builder_.MakeFace(face, surface, Precision::Confusion());
         TopoDS_Wire wire;
         builder_.MakeWire(wire);
-        for (int side = 0; side < 4; ++side)
-            add_side(patch, side, face, wire);
+        for (int side = 0; side < 4; ++side) add_side(patch, side, face, wire);
         wire.Closed(true);
         builder_.Add(face, wire);
         builder_.NaturalRestriction(face, true);
@@ -258,8 +250,7 @@ class Assembler {
     TopoDS_Shape make_body(const std::vector<int>& part) {
         TopoDS_Shell shell;
         builder_.MakeShell(shell);
-        for (const int p : part)
-            builder_.Add(shell, faces_[std::size_t(p)]);
+        for (const int p : part) builder_.Add(shell, faces_[std::size_t(p)]);
         if (!is_closed(part)) return shell;
         shell.Closed(true);
         TopoDS_Solid solid;

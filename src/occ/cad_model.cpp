@@ -29,8 +29,7 @@ std::vector<TopoDS_Face> faces_of(const CadModel& model) {
     TopExp::MapShapes(model.impl().shape, TopAbs_FACE, map);
     std::vector<TopoDS_Face> faces;
     faces.reserve(static_cast<std::size_t>(map.Extent()));
-    for (int i = 1; i <= map.Extent(); ++i)
-        faces.push_back(TopoDS::Face(map(i)));
+    for (int i = 1; i <= map.Extent(); ++i) faces.push_back(TopoDS::Face(map(i)));
     return faces;
 }
 

@@ -61,8 +61,7 @@ void index_edges(SearchModel& model, double deflection) {
 
 void measure_bounds(SearchModel& model) {
     for (const MeshTriangle& t : model.mesh.triangles)
-        for (const Vec3& p : t.corner)
-            model.bounds.add(p);
+        for (const Vec3& p : t.corner) model.bounds.add(p);
     model.size = model.bounds.diagonal();
 }
 
@@ -75,8 +74,7 @@ void fill(SearchModel& model, const TopoDS_Shape& shape, const ReferenceOptions&
     const double deflection = options.deflection_rel * diagonal;
     const SearchableShape copy = make_searchable(shape);
     model.surfaces.reserve(copy.faces.size());
-    for (const TopoDS_Face& face : copy.faces)
-        model.surfaces.emplace_back(face, diagonal);
+    for (const TopoDS_Face& face : copy.faces) model.surfaces.emplace_back(face, diagonal);
     base::report_progress(options.progress, "reference", 0.1);
     model.mesh = triangulate(copy, model.surfaces, deflection);
     if (model.mesh.triangles.empty())
@@ -130,9 +128,7 @@ CadReference::~CadReference() = default;
 CadReference::CadReference(CadReference&&) noexcept = default;
 CadReference& CadReference::operator=(CadReference&&) noexcept = default;
 
-geom::Box3 CadReference::bounds() const {
-    return impl_->search.bounds;
-}
+geom::Box3 CadReference::bounds() const { return impl_->search.bounds; }
 
 geom::FootPoint CadReference::foot_point(const Vec3& query, const std::optional<Vec3>& side) const {
     require(query.allFinite(), "foot_point: the query is not finite");
@@ -149,10 +145,8 @@ std::optional<geom::FeaturePoint> CadReference::feature_point(const Vec3& query,
         switch (kind) {
             case geom::FeatureKind::Sharp:
                 return nearest_on_curves(impl_->search.sharp_edges, query);
-            case geom::FeatureKind::Free:
-                return nearest_on_curves(impl_->search.free_edges, query);
-            case geom::FeatureKind::Corner:
-                return nearest_corner(impl_->search, query);
+            case geom::FeatureKind::Free: return nearest_on_curves(impl_->search.free_edges, query);
+            case geom::FeatureKind::Corner: return nearest_corner(impl_->search, query);
         }
         return std::optional<geom::FeaturePoint>{};
     });

@@ -13,8 +13,7 @@ using geom::Vec3;
 CurveSearch::CurveSearch(const std::vector<ModelEdge>& edges, const std::vector<int>& subset,
                          double deflection, double size)
     : edges_(&edges), size_(size) {
-    for (const int edge : subset)
-        add_edge(edge, deflection);
+    for (const int edge : subset) add_edge(edge, deflection);
     std::vector<geom::Box3> boxes;
     boxes.reserve(chords_.size());
     for (const Chord& chord : chords_) {

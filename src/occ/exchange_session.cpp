@@ -9,6 +9,8 @@
 #include <STEPControl_Controller.hxx>
 #include <fmt/format.h>
 
+#include <iostream>
+
 namespace patchwright::occ {
 
 namespace {
@@ -20,12 +22,20 @@ std::mutex& exchange_mutex() {
 
 }  // namespace
 
+ExchangeSession::MutedOutput::MutedOutput()
+    : buffer(std::cout.rdbuf(nullptr)), printers(Message::DefaultMessenger()->Printers()) {
+    Message::DefaultMessenger()->ChangePrinters().Clear();
+}
+
+ExchangeSession::MutedOutput::~MutedOutput() {
+    Message::DefaultMessenger()->ChangePrinters() = printers;
+    std::cout.rdbuf(buffer);
+}
+
 ExchangeSession::ExchangeSession() : lock_(exchange_mutex()) {
     // Parameters exist only after the controllers do.
     STEPControl_Controller::Init();
     IGESControl_Controller::Init();
-    printers_ = Message::DefaultMessenger()->Printers();
-    Message::DefaultMessenger()->ChangePrinters().Clear();
     set("xstep.cascade.unit", "MM");
 }
 
@@ -33,7 +43,6 @@ ExchangeSession::~ExchangeSession() {
     for (auto saved = saved_.rbegin(); saved != saved_.rend(); ++saved) {
         Interface_Static::SetCVal(saved->parameter.c_str(), saved->value.c_str());
     }
-    Message::DefaultMessenger()->ChangePrinters() = printers_;
 }
 
 void ExchangeSession::save(const std::string& parameter) {

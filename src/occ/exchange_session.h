@@ -4,14 +4,15 @@
 #include <Message_SequenceOfPrinters.hxx>
 
 #include <mutex>
+#include <streambuf>
 #include <string>
 #include <vector>
 
 namespace patchwright::occ {
 
 /// While it lives, this thread alone uses the kernel's readers and writers, the kernel prints
-/// nothing, and parameters set through it hold; all is restored at the end. The kernel's internal
-/// length unit is the millimetre meanwhile.
+/// nothing (std::cout is mute), and parameters set through it hold; all is restored at the end. The
+/// kernel's internal length unit is the millimetre meanwhile.
 class ExchangeSession {
   public:
     ExchangeSession();
@@ -30,7 +31,12 @@ class ExchangeSession {
     void save(const std::string& parameter);
 
     std::unique_lock<std::mutex> lock_;
-    Message_SequenceOfPrinters printers_;
+    struct MutedOutput {
+        MutedOutput();
+        ~MutedOutput();
+        std::streambuf* buffer;
+        Message_SequenceOfPrinters printers;
+    } muted_;
     std::vector<Saved> saved_;
 };
 

@@ -52,8 +52,7 @@ FaceSurface::FaceSurface(const TopoDS_Face& face, double size) : size_(size) {
     kinks_ = breaks(GeomAbs_C1);
     knots_ = breaks(GeomAbs_CN);
     // Cells end at kinks, so the descent cannot run around; the rectangle's ends are seeds enough.
-    for (std::size_t i = 0; i < 2; ++i)
-        wraps_[i] = wraps_[i] && kinks_[i].empty();
+    for (std::size_t i = 0; i < 2; ++i) wraps_[i] = wraps_[i] && kinks_[i].empty();
 }
 
 void FaceSurface::set_rectangle() {
@@ -90,8 +89,7 @@ std::array<std::vector<double>, 2> FaceSurface::breaks(GeomAbs_Shape continuity)
             adaptor.UIntervals(at, continuity);
         else
             adaptor.VIntervals(at, continuity);
-        for (int k = 2; k <= count[i]; ++k)
-            result[i].push_back(at(k));
+        for (int k = 2; k <= count[i]; ++k) result[i].push_back(at(k));
     }
     return result;
 }

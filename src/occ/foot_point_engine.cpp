@@ -131,9 +131,24 @@ class Search {
         for (const Vec3& w : {Vec3(third, third, third), Vec3(far, near, near),
                               Vec3(near, far, near), Vec3(near, near, far)})
             descend_from(t, at(w), found);
-        surface(t.face).each_span(box_of(t), [&](const FaceSurface::Rectangle& span) {
-            const Vec2 margin = 0.25 * (span.high - span.low);
-            descend_from(t, start.cwiseMax(span.low + margin).cwiseMin(span.high - margin), found);
+        descend_in_spans(t, start, found);
+    }
+
+    // Spans much shorter than the triangle are missed by evenly spread starts: from the triangle's
+    // nearest point go to the nearest end, the middle and the far end of each.
+    template <class Found>
+    void descend_in_spans(const MeshTriangle& t, const Vec2& start, Found&& found) {
+        constexpr double short_share = 0.25;
+        const FaceSurface::Rectangle box = box_of(t);
+        const Vec2 size = box.high - box.low;
+        surface(t.face).each_span(box, [&](const FaceSurface::Rectangle& span) {
+            const Vec2 extent = span.high - span.low;
+            if ((extent.array() >= short_share * size.array()).all()) return;
+            const Vec2 margin = 0.1 * extent, low = span.low + margin, high = span.high - margin;
+            descend_from(t, start.cwiseMax(low).cwiseMin(high), found);
+            if ((extent.array() >= 0.5 * short_share * size.array()).all()) return;
+            descend_from(t, 0.5 * (low + high), found);
+            descend_from(t, (low + high - start).cwiseMax(low).cwiseMin(high), found);
         });
     }
 
@@ -237,8 +252,7 @@ class Search {
             reach = f.foot.distance;
             best = FootPoint{f.foot.point, normal, f.foot.distance, f.face};
         };
-        for (const SurfaceFoot& f : s_.feet)
-            offer(f);
+        for (const SurfaceFoot& f : s_.feet) offer(f);
         model_.mesh.tree.nearest(query_, reach, [&](int item, double) {
             const MeshTriangle& t = model_.mesh.triangles[std::size_t(item)];
             if (t.normal.dot(side) < -normal_spread_sin) return reach;

@@ -1,15 +1,14 @@
 #include "occ/heal.h"
 
 #include "occ/cad_model_impl.h"
+#include "occ/tight_bounds.h"
 
 #include <patchwright/occ/inspect.h>
 
-#include <BRepBndLib.hxx>
 #include <BRepBuilderAPI_Sewing.hxx>
 #include <BRepLib.hxx>
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
-#include <Bnd_Box.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopTools_IndexedMapOfShape.hxx>
@@ -31,12 +30,6 @@ namespace {
 /// Tolerances to try, as fractions of the diagonal.
 constexpr std::array sewing_steps{1e-7, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2};
 
-double diagonal_of(const TopoDS_Shape& shape) {
-    Bnd_Box box;
-    BRepBndLib::Add(shape, box, false);
-    return box.IsVoid() ? 0.0 : box.CornerMin().Distance(box.CornerMax());
-}
-
 int count_faces(const TopoDS_Shape& shape) {
     TopTools_IndexedMapOfShape map;
     TopExp::MapShapes(shape, TopAbs_FACE, map);
@@ -48,8 +41,7 @@ TopoDS_Shape compound_of(const std::vector<TopoDS_Shape>& shapes) {
     BRep_Builder builder;
     TopoDS_Compound compound;
     builder.MakeCompound(compound);
-    for (const TopoDS_Shape& shape : shapes)
-        builder.Add(compound, shape);
+    for (const TopoDS_Shape& shape : shapes) builder.Add(compound, shape);
     return compound;
 }
 
@@ -180,6 +172,26 @@ class FaceGraph {
     std::vector<std::vector<Neighbour>> neighbours_;
 };
 
+/// Sheets that sewing does not improve stay as they are.
+TopoDS_Shape sew_sheets(const std::vector<TopoDS_Shape>& sheets, double max_tolerance_rel,
+                        ReadReport& report) {
+    const TopoDS_Shape as_is = compound_of(sheets);
+    const int free_edges = count_free_edges(as_is);
+    if (free_edges == 0) return as_is;
+    const Sewn sewn = sew_best(sheets, tight_bounds(as_is).diagonal(), max_tolerance_rel);
+    if (sewn.shape.IsNull()) {
+        report.notices.push_back(
+            "sewing would swallow faces at any tolerance; the faces stay as they are");
+        return as_is;
+    }
+    if (sewn.free_edges >= free_edges) return as_is;
+    auto impl = std::make_shared<CadModel::Impl>();
+    impl->shape = sewn.shape;
+    report.sewing_tolerance_mm = sewn.tolerance;
+    report.largest_gap_mm = measure_continuity(CadModel(impl), geom::Points(0, 3)).max_gap_mm;
+    return sewn.shape;
+}
+
 TopoDS_Shape body_of_shell(const TopoDS_Shape& shell) {
     if (count_free_edges(shell) > 0) return shell;
     BRep_Builder builder;
@@ -206,8 +218,7 @@ int count_free_edges(const TopoDS_Shape& shape) {
         }
     }
     int free = 0;
-    for (const int n : uses)
-        free += n == 1 ? 1 : 0;
+    for (const int n : uses) free += n == 1 ? 1 : 0;
     return free;
 }
 
@@ -222,32 +233,21 @@ TopoDS_Shape keep_faces(const TopoDS_Shape& shape) {
 TopoDS_Shape heal(const TopoDS_Shape& shape, double max_tolerance_rel, ReadReport& report) {
     const Bodies bodies(shape);
     std::vector<TopoDS_Shape> result;
+    std::vector<TopoDS_Shape> loose = bodies.shells;
+    loose.insert(loose.end(), bodies.faces.begin(), bodies.faces.end());
     for (const TopoDS_Shape& solid : bodies.solids) {
+        if (count_free_edges(solid) > 0) {
+            loose.push_back(solid);  // closed by name only
+            continue;
+        }
         TopoDS_Solid oriented = TopoDS::Solid(solid);
         BRepLib::OrientClosedSolid(oriented);
         result.push_back(oriented);
     }
-    std::vector<TopoDS_Shape> loose = bodies.shells;
-    loose.insert(loose.end(), bodies.faces.begin(), bodies.faces.end());
     if (!loose.empty()) {
-        TopoDS_Shape sheets = compound_of(loose);
-        if (!bodies.faces.empty() || count_free_edges(sheets) > 0) {
-            const Sewn sewn = sew_best(loose, diagonal_of(shape), max_tolerance_rel);
-            if (!sewn.shape.IsNull()) {
-                sheets = sewn.shape;
-                report.sewing_tolerance_mm = sewn.tolerance;
-                auto impl = std::make_shared<CadModel::Impl>();
-                impl->shape = sheets;
-                report.largest_gap_mm =
-                    measure_continuity(CadModel(impl), geom::Points(0, 3)).max_gap_mm;
-            } else {
-                report.notices.push_back(
-                    "sewing would swallow faces at any tolerance; the faces stay as they are");
-            }
-        }
-        for (const TopoDS_Shape& shell : FaceGraph(sheets).shells()) {
+        const TopoDS_Shape sheets = sew_sheets(loose, max_tolerance_rel, report);
+        for (const TopoDS_Shape& shell : FaceGraph(sheets).shells())
             result.push_back(body_of_shell(shell));
-        }
     }
     return compound_of(result);
 }

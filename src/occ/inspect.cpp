@@ -1,16 +1,15 @@
 #include "occ/cad_model_impl.h"
 #include "occ/kernel_guard.h"
 #include "occ/kernel_points.h"
+#include "occ/tight_bounds.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/occ/inspect.h>
 
 #include <BRepAdaptor_Surface.hxx>
-#include <BRepBndLib.hxx>
 #include <BRepCheck_Analyzer.hxx>
 #include <BRepGProp.hxx>
 #include <BRep_Tool.hxx>
-#include <Bnd_Box.hxx>
 #include <GProp_GProps.hxx>
 #include <Geom2d_Curve.hxx>
 #include <Geom_BSplineSurface.hxx>
@@ -35,22 +34,14 @@ namespace {
 std::string kind_of(const TopoDS_Face& face) {
     const BRepAdaptor_Surface surface(face, false);
     switch (surface.GetType()) {
-        case GeomAbs_Plane:
-            return "plane";
-        case GeomAbs_Cylinder:
-            return "cylinder";
-        case GeomAbs_Cone:
-            return "cone";
-        case GeomAbs_Sphere:
-            return "sphere";
-        case GeomAbs_Torus:
-            return "torus";
-        case GeomAbs_SurfaceOfRevolution:
-            return "revolution";
-        case GeomAbs_SurfaceOfExtrusion:
-            return "extrusion";
-        case GeomAbs_OffsetSurface:
-            return "offset";
+        case GeomAbs_Plane: return "plane";
+        case GeomAbs_Cylinder: return "cylinder";
+        case GeomAbs_Cone: return "cone";
+        case GeomAbs_Sphere: return "sphere";
+        case GeomAbs_Torus: return "torus";
+        case GeomAbs_SurfaceOfRevolution: return "revolution";
+        case GeomAbs_SurfaceOfExtrusion: return "extrusion";
+        case GeomAbs_OffsetSurface: return "offset";
         case GeomAbs_BezierSurface:
         case GeomAbs_BSplineSurface: {
             const bool rational = surface.IsURational() || surface.IsVRational();
@@ -58,8 +49,7 @@ std::string kind_of(const TopoDS_Face& face) {
                                surface.GetType() == GeomAbs_BezierSurface ? "bezier" : "bspline",
                                surface.UDegree(), surface.VDegree(), rational ? " rational" : "");
         }
-        default:
-            return "other";
+        default: return "other";
     }
 }
 
@@ -139,14 +129,7 @@ Inspection inspect_shape(const CadModel& model) {
     result.all_bicubic = result.all_bicubic && result.faces > 0;
     count_edges(shape, result);
 
-    // AddOptimal takes seconds on lofted faces and differs in the sixth digit.
-    Bnd_Box box;
-    BRepBndLib::Add(shape, box, false);
-    if (!box.IsVoid()) {
-        box.SetGap(0.0);
-        result.bounds.add(vec(box.CornerMin()));
-        result.bounds.add(vec(box.CornerMax()));
-    }
+    result.bounds = tight_bounds(shape);
     GProp_GProps properties;
     BRepGProp::SurfaceProperties(shape, properties);
     result.area_mm2 = properties.Mass();

@@ -129,11 +129,9 @@ EdgeNetwork collect_edges(const TopoDS_Shape& shape, const std::vector<TopoDS_Fa
         index.number.back() = int(network.edges.size());
         network.edges.push_back(std::move(made));
     }
-    for (std::size_t i = 0; i < faces.size(); ++i)
-        add_uses(network, index, faces[i], int(i));
+    for (std::size_t i = 0; i < faces.size(); ++i) add_uses(network, index, faces[i], int(i));
     std::erase_if(network.edges, [](const ModelEdge& edge) { return edge.uses.empty(); });
-    for (ModelEdge& edge : network.edges)
-        edge.kind = classify(edge, surfaces, sharp_angle_rad);
+    for (ModelEdge& edge : network.edges) edge.kind = classify(edge, surfaces, sharp_angle_rad);
     network.corners = find_corners(network, sharp_angle_rad);
     return network;
 }

@@ -1,5 +1,6 @@
 #include "occ/cad_model_impl.h"
 #include "occ/exchange_session.h"
+#include "occ/file_checks.h"
 #include "occ/heal.h"
 #include "occ/kernel_guard.h"
 
@@ -24,7 +25,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <fstream>
 
 namespace patchwright::occ {
 
@@ -38,63 +38,10 @@ template <class... Args>
         fmt::format("{}: {}", path.string(), fmt::format(format, std::forward<Args>(args)...)));
 }
 
-/// The first and the last part of a file: enough to tell what it is and whether all of it is there.
-struct FileEnds {
-    static constexpr std::streamoff part = 1 << 16;
-    std::string head, tail;
-
-    explicit FileEnds(const Path& path) {
-        if (std::filesystem::is_directory(path)) refuse(path, "is a folder; give a CAD file");
-        std::ifstream stream(path, std::ios::binary | std::ios::ate);
-        if (!stream) refuse(path, "cannot be opened; does it exist?");
-        const std::streamoff size = stream.tellg();
-        if (size <= 0) refuse(path, "is empty");
-        head = read(stream, 0, std::min(size, part));
-        tail = read(stream, std::max<std::streamoff>(0, size - part), std::min(size, part));
-    }
-    static std::string read(std::ifstream& stream, std::streamoff at, std::streamoff count) {
-        std::string text(std::size_t(count), '\0');
-        stream.seekg(at);
-        stream.read(text.data(), count);
-        return text;
-    }
-};
-
 std::string text_of(const Handle(TCollection_HAsciiString) & text) {
-    return text.IsNull() ? std::string() : std::string(text->ToCString());
-}
-
-void check_step(const Path& path) {
-    const FileEnds ends(path);
-    if (ends.head.find("ISO-10303-21;") == std::string::npos) {
-        refuse(path, "is not a STEP file: it does not start with ISO-10303-21");
-    }
-    if (ends.tail.find("END-ISO-10303-21;") == std::string::npos) {
-        refuse(path, "is cut off: END-ISO-10303-21 is missing; get a complete copy");
-    }
-}
-
-void check_iges(const Path& path) {
-    const FileEnds ends(path);
-    // Fixed-form lines have 80 columns; column 73 names the section, S comes first and T ends the
-    // file.
-    const auto section_of = [](const std::string& line) {
-        return line.size() >= 73 ? line[72] : ' ';
-    };
-    const std::string first = ends.head.substr(0, ends.head.find_first_of("\r\n"));
-    if (section_of(first) != 'S' && section_of(first) != 'G') {
-        refuse(
-            path,
-            "is not an IGES file in fixed form: the first line has no section letter in column 73");
-    }
-    std::size_t end = ends.tail.find_last_not_of("\r\n \t\x1a");
-    if (end == std::string::npos) refuse(path, "is cut off: the terminate section is missing");
-    std::size_t begin = ends.tail.find_last_of("\r\n", end);
-    begin = begin == std::string::npos ? 0 : begin + 1;
-    const std::string last = ends.tail.substr(begin, end - begin + 1);
-    if (section_of(last) != 'T') {
-        refuse(path, "is cut off: the terminate section is missing; get a complete copy");
-    }
+    std::string result = text.IsNull() ? "" : text->ToCString();
+    result.erase(0, std::min(result.find_first_not_of(' '), result.size()));
+    return result;
 }
 
 std::optional<base::LengthUnit> unit_by_name(std::string name) {
@@ -133,7 +80,7 @@ std::string step_schema_name(const std::string& identifier) {
 }
 
 TopoDS_Shape read_step(const Path& path, ReadReport& report) {
-    check_step(path);
+    check_step_file(path);
     ExchangeSession session;
     STEPControl_Reader reader;
     if (reader.ReadFile(path.c_str()) != IFSelect_RetDone) {
@@ -141,6 +88,9 @@ TopoDS_Shape read_step(const Path& path, ReadReport& report) {
     }
     APIHeaderSection_MakeHeader header(reader.StepModel());
     report.originating_system = text_of(header.OriginatingSystem());
+    if (report.originating_system.empty()) {
+        report.originating_system = text_of(header.PreprocessorVersion());
+    }
     if (header.NbSchemaIdentifiers() > 0) {
         report.schema = step_schema_name(text_of(header.SchemaIdentifiersValue(1)));
     }
@@ -166,7 +116,7 @@ TopoDS_Shape read_step(const Path& path, ReadReport& report) {
 }
 
 TopoDS_Shape read_iges(const Path& path, ReadReport& report) {
-    check_iges(path);
+    check_iges_file(path);
     ExchangeSession session;
     IGESControl_Reader reader;
     if (reader.ReadFile(path.c_str()) != IFSelect_RetDone) {
@@ -182,23 +132,14 @@ TopoDS_Shape read_iges(const Path& path, ReadReport& report) {
         report.schema = versions[std::size_t(version)];
     }
     switch (global.UnitFlag()) {
-        case 1:
-            report.unit = base::LengthUnit::Inch;
-            break;
-        case 4:
-            report.unit = base::LengthUnit::Foot;
-            break;
-        case 6:
-            report.unit = base::LengthUnit::Metre;
-            break;
-        case 10:
-            report.unit = base::LengthUnit::Centimetre;
-            break;
+        case 1: report.unit = base::LengthUnit::Inch; break;
+        case 4: report.unit = base::LengthUnit::Foot; break;
+        case 6: report.unit = base::LengthUnit::Metre; break;
+        case 10: report.unit = base::LengthUnit::Centimetre; break;
         case 3:
             if (const auto unit = unit_by_name(text_of(global.UnitName()))) report.unit = *unit;
             break;
-        case 2:
-            break;
+        case 2: break;
         default:
             report.notices.push_back(
                 fmt::format("{}: unit flag {} has no short name here; lengths are "
@@ -210,12 +151,13 @@ TopoDS_Shape read_iges(const Path& path, ReadReport& report) {
 }
 
 TopoDS_Shape read_brep(const Path& path) {
-    if (FileEnds(path).head.find("CASCADE Topology") == std::string::npos) {
-        refuse(path, "is not a BREP file in text form: the line 'CASCADE Topology' is missing");
-    }
+    check_brep_file(path);
+    // This reader prints on std::cout what it does not like.
+    const ExchangeSession session;
     TopoDS_Shape shape;
-    if (!BRepTools::Read(shape, path.c_str(), BRep_Builder()))
-        refuse(path, "is not readable as BREP");
+    if (!BRepTools::Read(shape, path.c_str(), BRep_Builder())) {
+        refuse(path, "is not readable as BREP; get a complete copy");
+    }
     return shape;
 }
 

@@ -91,8 +91,7 @@ void add_boundary_errors(const TopoDS_Face& face, const FaceSurface& surface,
             triangle.error = std::max(triangle.error, width);
         }
     }
-    for (std::size_t i = first; i < triangles.size(); ++i)
-        triangles[i].overhang = widest;
+    for (std::size_t i = first; i < triangles.size(); ++i) triangles[i].overhang = widest;
 }
 
 void append_kernel_mesh(const TopoDS_Face& face, const FaceSurface& surface, int number,
@@ -129,8 +128,7 @@ void append_grid(const FaceSurface& surface, int number, std::vector<MeshTriangl
         triangle.face = number;
         triangle.overhang = std::numeric_limits<double>::infinity();
         triangle.uv = {a, b, c};
-        for (std::size_t k = 0; k < 3; ++k)
-            triangle.corner[k] = surface.at(triangle.uv[k]);
+        for (std::size_t k = 0; k < 3; ++k) triangle.corner[k] = surface.at(triangle.uv[k]);
         triangles.push_back(triangle);
     };
     for (int i = 0; i < cells; ++i) {
@@ -165,7 +163,7 @@ void measure(MeshTriangle& triangle, const FaceSurface& surface, double size) {
     });
     const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
     triangle.stride = std::min(0.25 * longest,
-                               std::max(0.5 / std::max(triangle.curvature, 1e-30), 0.01 * longest));
+                               std::max(0.5 / std::max(triangle.curvature, 1e-30), 0.05 * longest));
     // What is in a sickle beside the triangle is off the triangle by both.
     triangle.error += safety * off + 1e-12 * size;
 }
@@ -252,15 +250,13 @@ ReferenceMesh triangulate(const SearchableShape& model, const std::vector<FaceSu
 
     geom::Box3 bounds;
     for (const MeshTriangle& t : mesh.triangles)
-        for (const Vec3& p : t.corner)
-            bounds.add(p);
+        for (const Vec3& p : t.corner) bounds.add(p);
     std::vector<geom::Box3> boxes(mesh.triangles.size());
     base::parallel_for(boxes.size(), 512, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             MeshTriangle& t = mesh.triangles[i];
             measure(t, surfaces[std::size_t(t.face)], bounds.diagonal());
-            for (const Vec3& p : t.corner)
-                boxes[i].add(p);
+            for (const Vec3& p : t.corner) boxes[i].add(p);
             boxes[i].min.array() -= t.error;
             boxes[i].max.array() += t.error;
         }

@@ -15,8 +15,7 @@ constexpr int min_per_edge = 3;
 
 double total_area(const SearchModel& model) {
     double area = 0.0;
-    for (const MeshTriangle& t : model.mesh.triangles)
-        area += t.area;
+    for (const MeshTriangle& t : model.mesh.triangles) area += t.area;
     return area;
 }
 
@@ -38,8 +37,7 @@ void sample_face(const SearchModel& model, std::size_t face, int count,
                  std::vector<Sample>& samples) {
     const std::size_t begin = model.mesh.first[face], end = model.mesh.first[face + 1];
     double area = 0.0;
-    for (std::size_t i = begin; i < end; ++i)
-        area += model.mesh.triangles[i].area;
+    for (std::size_t i = begin; i < end; ++i) area += model.mesh.triangles[i].area;
     std::size_t at = begin;
     double passed = 0.0;
     for (int k = 0; k < count && begin < end; ++k) {
@@ -109,8 +107,7 @@ std::vector<Sample> sample_model(const SearchModel& model, int count) {
         sample_face(model, face, std::max(min_per_face, static_cast<int>(wanted)), samples);
     }
     const double spacing = std::max(std::sqrt(area / count), 1e-6 * model.size);
-    for (const ModelEdge& edge : model.network.edges)
-        sample_edge(model, edge, spacing, samples);
+    for (const ModelEdge& edge : model.network.edges) sample_edge(model, edge, spacing, samples);
     sample_vertices(model, samples);
     return samples;
 }

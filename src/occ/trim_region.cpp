@@ -32,8 +32,7 @@ TrimRegion::TrimRegion(const TopoDS_Face& face) {
     }
     std::erase_if(wires, [](const auto& runs) { return runs.empty(); });
     for (const auto& runs : wires) {
-        for (const Run& run : runs)
-            add_curve(run);
+        for (const Run& run : runs) add_curve(run);
         close_gaps(runs);
     }
     measure();
@@ -174,11 +173,9 @@ void TrimRegion::make_bands() {
     band_start_.assign(std::size_t(count) + 1, 0);
     for (const Chord& c : chords_) {
         const auto [a, b] = span(c);
-        for (auto i = a; i <= b; ++i)
-            ++band_start_[std::size_t(i) + 1];
+        for (auto i = a; i <= b; ++i) ++band_start_[std::size_t(i) + 1];
     }
-    for (std::size_t i = 1; i < band_start_.size(); ++i)
-        band_start_[i] += band_start_[i - 1];
+    for (std::size_t i = 1; i < band_start_.size(); ++i) band_start_[i] += band_start_[i - 1];
     band_chords_.resize(std::size_t(band_start_.back()));
     std::vector<std::int32_t> fill(band_start_.begin(), band_start_.end() - 1);
     for (std::size_t k = 0; k < chords_.size(); ++k) {

@@ -13,6 +13,11 @@
 #include <IGESData_IGESModel.hxx>
 #include <STEPConstruct.hxx>
 #include <STEPControl_Writer.hxx>
+#include <StepBasic_CalendarDate.hxx>
+#include <StepBasic_LocalTime.hxx>
+#include <StepBasic_Organization.hxx>
+#include <StepBasic_Person.hxx>
+#include <StepBasic_Product.hxx>
 #include <StepData_StepModel.hxx>
 #include <StepRepr_RepresentationItem.hxx>
 #include <TCollection_HAsciiString.hxx>
@@ -30,28 +35,20 @@ using Path = std::filesystem::path;
 /// The kernel's names of the units, for STEP and for IGES.
 const char* kernel_unit(base::LengthUnit unit) {
     switch (unit) {
-        case base::LengthUnit::Millimetre:
-            return "MM";
-        case base::LengthUnit::Centimetre:
-            return "CM";
-        case base::LengthUnit::Metre:
-            return "M";
-        case base::LengthUnit::Inch:
-            return "INCH";
-        case base::LengthUnit::Foot:
-            return "FT";
+        case base::LengthUnit::Millimetre: return "MM";
+        case base::LengthUnit::Centimetre: return "CM";
+        case base::LengthUnit::Metre: return "M";
+        case base::LengthUnit::Inch: return "INCH";
+        case base::LengthUnit::Foot: return "FT";
     }
     return "MM";
 }
 
 int kernel_schema(StepSchema schema) {
     switch (schema) {
-        case StepSchema::Ap203:
-            return 3;
-        case StepSchema::Ap214:
-            return 4;  // AP214IS
-        case StepSchema::Ap242:
-            return 5;  // AP242DIS
+        case StepSchema::Ap203: return 3;
+        case StepSchema::Ap214: return 4;  // AP214IS
+        case StepSchema::Ap242: return 5;  // AP242DIS
     }
     return 4;
 }
@@ -81,6 +78,38 @@ void name_step_faces(STEPControl_Writer& writer, const CadModel& model) {
     }
 }
 
+/// The kernel numbers products by process, and AP203 asks for dates and persons, for which it takes
+/// the clock's and the user's: fixed values, so that equal models give equal bytes.
+void fix_administration(const Handle(StepData_StepModel) & step, const std::string& name) {
+    for (int i = 1; i <= step->NbEntities(); ++i) {
+        const Handle(Standard_Transient) entity = step->Entity(i);
+        if (const auto product = Handle(StepBasic_Product)::DownCast(entity); !product.IsNull()) {
+            product->SetId(kernel_string(name));
+            product->SetName(kernel_string(name));
+        } else if (const auto date = Handle(StepBasic_CalendarDate)::DownCast(entity);
+                   !date.IsNull()) {
+            date->SetYearComponent(1970);
+            date->SetMonthComponent(1);
+            date->SetDayComponent(1);
+        } else if (const auto time = Handle(StepBasic_LocalTime)::DownCast(entity);
+                   !time.IsNull()) {
+            time->SetHourComponent(0);
+            time->SetMinuteComponent(0);
+            time->SetSecondComponent(0.0);
+        } else if (const auto person = Handle(StepBasic_Person)::DownCast(entity);
+                   !person.IsNull()) {
+            person->SetId(kernel_string("unknown"));
+            person->SetLastName(kernel_string(""));
+            person->SetFirstName(kernel_string(""));
+            person->UnSetMiddleNames();
+        } else if (const auto organization = Handle(StepBasic_Organization)::DownCast(entity);
+                   !organization.IsNull()) {
+            organization->SetId(kernel_string("unknown"));
+            organization->SetName(kernel_string("unspecified"));
+        }
+    }
+}
+
 void write_step(const CadModel& model, const Path& target, const Path& temporary,
                 const WriteOptions& options) {
     ExchangeSession session;
@@ -93,6 +122,7 @@ void write_step(const CadModel& model, const Path& target, const Path& temporary
         refuse(target, "translate the model to STEP");
     }
     name_step_faces(writer, model);
+    fix_administration(writer.Model(), name);
     const Signature signature;
     APIHeaderSection_MakeHeader header(writer.Model());
     header.SetName(kernel_string(name));
@@ -136,12 +166,8 @@ void write_cad(const CadModel& model, const Path& path, const WriteOptions& opti
     base::PendingFile pending(path);
     guard_kernel<base::OutputError>(path.string(), [&] {
         switch (format) {
-            case FileFormat::Step:
-                write_step(model, path, pending.path(), options);
-                break;
-            case FileFormat::Iges:
-                write_iges(model, path, pending.path(), options);
-                break;
+            case FileFormat::Step: write_step(model, path, pending.path(), options); break;
+            case FileFormat::Iges: write_iges(model, path, pending.path(), options); break;
             case FileFormat::Brep:
                 if (!BRepTools::Write(model.impl().shape, pending.path().c_str())) {
                     refuse(path, "write the file; disk full?");

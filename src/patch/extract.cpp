@@ -76,8 +76,8 @@ std::vector<double> mirrored(const std::vector<double>& knots) {
     return result;
 }
 
-/// A regular piece of the surface near the corner: uniform control points (a, b) in row 4 a + b, with
-/// a and b counted away from the corner, over the square [a0, a0 + 1] x [b0, b0 + 1] * size.
+/// A regular piece of the surface near the corner: uniform control points (a, b) in row 4 a + b,
+/// with a and b counted away from the corner, over the square [a0, a0 + 1] x [b0, b0 + 1] * size.
 using Piece = Eigen::Matrix<double, 16, 3>;
 
 Piece oriented_piece(const Piece& grid, bool flip_a, bool flip_b) {
@@ -114,7 +114,8 @@ class PatchBuilder {
         const bool flip_a = at_end_u[corner];
         const bool flip_b = at_end_v[corner];
         const std::vector<double> knots = graded_knots(depth);
-        geom::BsplineSurface surface{flip_a ? mirrored(knots) : knots, flip_b ? mirrored(knots) : knots,
+        geom::BsplineSurface surface{flip_a ? mirrored(knots) : knots,
+                                     flip_b ? mirrored(knots) : knots,
                                      Points((depth + 4) * (depth + 4), 3)};
         const auto pieces = collect_pieces(corner, depth);
         const Eigen::RowVector3d limit = kind_.corner_limit(corner) * local_;
@@ -170,8 +171,7 @@ class PatchBuilder {
             for (int i = 0; i < 4; ++i) {
                 if (i == corner) continue;
                 const RingKind::Child& child = kind->child(i);
-                const Piece grid =
-                    child.kind->regular() * (child.matrix * local);
+                const Piece grid = child.kind->regular() * (child.matrix * local);
                 const int a0 = at_end_u[i] != at_end_u[corner] ? 1 : 0;
                 const int b0 = at_end_v[i] != at_end_v[corner] ? 1 : 0;
                 level[std::size_t(2 * a0 + b0)] =
@@ -297,7 +297,8 @@ Extraction extract(const mesh::Cage& cage, const ExtractOptions& options) {
 Points crease_midpoints(const PatchSet& patches) {
     std::vector<geom::Vec3> middles;
     for (const PatchEdge& edge : patches.edges) {
-        if (edge.crease) middles.push_back(edge.curve.at(0.5 * (edge.curve.begin() + edge.curve.end())));
+        if (edge.crease)
+            middles.push_back(edge.curve.at(0.5 * (edge.curve.begin() + edge.curve.end())));
     }
     Points points(Eigen::Index(middles.size()), 3);
     for (std::size_t i = 0; i < middles.size(); ++i) points.row(Eigen::Index(i)) = middles[i];

@@ -36,7 +36,9 @@ class SectionWriter {
     }
     std::string unit(int power = 1) const {
         return fmt::format("{}{}", base::short_name(report_.unit),
-                           power == 2 ? "^2" : power == 3 ? "^3" : "");
+                           power == 2   ? "^2"
+                           : power == 3 ? "^3"
+                                        : "");
     }
     std::string length(double mm) const { return fmt::format("{:.4g} {}", mm * scale_, unit()); }
     std::string relative(double mm) const {
@@ -44,13 +46,15 @@ class SectionWriter {
         return fmt::format("{} ({:.2g} of the diagonal)", length(mm), mm / diagonal_);
     }
     std::string place(const geom::Vec3& p) const {
-        return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x() * scale_, p.y() * scale_, p.z() * scale_);
+        return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x() * scale_, p.y() * scale_,
+                           p.z() * scale_);
     }
 
     void input(const InputFigures& i) {
         sections_.push_back({"Input", {}});
         row("file", "{}", i.file);
-        row("format", "{}, unit {}", i.schema.empty() ? i.format : i.schema, base::short_name(i.unit));
+        row("format", "{}, unit {}", i.schema.empty() ? i.format : i.schema,
+            base::short_name(i.unit));
         if (!i.originating_system.empty()) row("written by", "{}", i.originating_system);
         row("content", "{} solids, {} faces, {} free edges", i.solids, i.faces, i.free_edges);
         if (i.sewing_tolerance > 0.0) {
@@ -62,7 +66,8 @@ class SectionWriter {
     void cage(const mesh::CageSummary& c) {
         sections_.push_back({"Cage", {}});
         row("size", "{} vertices, {} faces", c.vertices, c.faces);
-        row("features", "{} creases, {} corners, {} extraordinary vertices, {} boundary edges, {} pins",
+        row("features",
+            "{} creases, {} corners, {} extraordinary vertices, {} boundary edges, {} pins",
             c.creases, c.corners, c.extraordinary, c.boundary_edges, c.pins);
     }
     void fit(const FitFigures& f) {
@@ -77,16 +82,18 @@ class SectionWriter {
     }
     void patches(const PatchFigures& p) {
         sections_.push_back({"Patches", {}});
-        row("count", "{} bicubic patches, {} control points, {} at extraordinary vertices ({})", p.count,
-            p.control_points, p.caps, p.continuity);
+        row("count", "{} bicubic patches, {} control points, {} at extraordinary vertices ({})",
+            p.count, p.control_points, p.caps, p.continuity);
     }
     void solid(const SolidFigures& s) {
         sections_.push_back({"Model as read back", {}});
         row("file", "{}", s.file);
         row("content", "{} solids, {} shells, {} faces, {} edges, {} vertices", s.solids,
             s.shells_closed + s.shells_open, s.faces, s.edges, s.vertices);
-        for (const auto& [kind, count] : s.faces_by_kind) row(fmt::format("  {}", kind), "{}", count);
-        row("state", "{}, {}", s.closed ? "closed" : fmt::format("open ({} free edges)", s.free_edges),
+        for (const auto& [kind, count] : s.faces_by_kind)
+            row(fmt::format("  {}", kind), "{}", count);
+        row("state", "{}, {}",
+            s.closed ? "closed" : fmt::format("open ({} free edges)", s.free_edges),
             s.valid ? "valid" : "NOT VALID");
         if (s.nonmanifold_edges > 0) row("non-manifold", "{} edges", s.nonmanifold_edges);
         row("area", "{:.6g} {}", s.area * scale_ * scale_, unit(2));
@@ -137,7 +144,8 @@ std::string to_text(const RunReport& report) {
     std::string text;
     for (const Section& section : sections(report)) {
         text += section.title + "\n";
-        for (const auto& [label, value] : section.rows) text += fmt::format("  {:<16} {}\n", label, value);
+        for (const auto& [label, value] : section.rows)
+            text += fmt::format("  {:<16} {}\n", label, value);
     }
     return text;
 }

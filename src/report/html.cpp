@@ -1,6 +1,6 @@
-#include <patchwright/base/version.h>
-
 #include "report/figures.h"
+
+#include <patchwright/base/version.h>
 
 #include <fmt/format.h>
 
@@ -38,7 +38,8 @@ std::string to_html(const RunReport& report) {
     for (const Section& section : sections(report)) {
         page += fmt::format("<h2>{}</h2>\n<table>\n", escaped(section.title));
         for (const auto& [label, value] : section.rows) {
-            page += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", escaped(label), escaped(value));
+            page +=
+                fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", escaped(label), escaped(value));
         }
         page += "</table>\n";
     }

@@ -27,8 +27,9 @@ class Writer {
         if (report_.patches) json["patches"] = patches(*report_.patches);
         if (report_.solid) json["solid"] = solid(*report_.solid);
         if (report_.deviation) {
-            json["deviation"] = {{"output_to_input", deviation(report_.deviation->output_to_input)},
-                                 {"input_to_output", deviation(report_.deviation->input_to_output)}};
+            json["deviation"] = {
+                {"output_to_input", deviation(report_.deviation->output_to_input)},
+                {"input_to_output", deviation(report_.deviation->input_to_output)}};
         }
         if (report_.continuity) json["continuity"] = continuity(*report_.continuity);
         if (!report_.notices.empty()) json["notices"] = report_.notices;
@@ -44,7 +45,9 @@ class Writer {
 
   private:
     Json length(double mm) const { return mm * scale_; }
-    Json point(const geom::Vec3& p) const { return {p.x() * scale_, p.y() * scale_, p.z() * scale_}; }
+    Json point(const geom::Vec3& p) const {
+        return {p.x() * scale_, p.y() * scale_, p.z() * scale_};
+    }
 
     Json input(const InputFigures& i) const {
         return {{"file", i.file},
@@ -60,9 +63,14 @@ class Writer {
                 {"sewing_tolerance", length(i.sewing_tolerance)}};
     }
     static Json cage(const mesh::CageSummary& c) {
-        return {{"vertices", c.vertices}, {"faces", c.faces},           {"extraordinary", c.extraordinary},
-                {"creases", c.creases},   {"corners", c.corners},       {"boundary_edges", c.boundary_edges},
-                {"pins", c.pins},         {"non_quads", c.non_quads}};
+        return {{"vertices", c.vertices},
+                {"faces", c.faces},
+                {"extraordinary", c.extraordinary},
+                {"creases", c.creases},
+                {"corners", c.corners},
+                {"boundary_edges", c.boundary_edges},
+                {"pins", c.pins},
+                {"non_quads", c.non_quads}};
     }
     Json fit(const FitFigures& f) const {
         Json levels = Json::array();

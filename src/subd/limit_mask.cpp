@@ -58,8 +58,10 @@ RingMask ring_mask(const RingKind& kind, double u, double v, int sector) {
     const bool upper = v > 0.5;
     const int i = upper ? (right ? 2 : 3) : (right ? 1 : 0);
     const RingKind::Child& child = kind.child(i);
-    const RingMask fine = ring_mask(*child.kind, 2.0 * u - (right ? 1.0 : 0.0), 2.0 * v - (upper ? 1.0 : 0.0));
-    return {fine.position * child.matrix, 2.0 * fine.du * child.matrix, 2.0 * fine.dv * child.matrix};
+    const RingMask fine =
+        ring_mask(*child.kind, 2.0 * u - (right ? 1.0 : 0.0), 2.0 * v - (upper ? 1.0 : 0.0));
+    return {fine.position * child.matrix, 2.0 * fine.du * child.matrix,
+            2.0 * fine.dv * child.matrix};
 }
 
 LimitEvaluator::LimitEvaluator(std::shared_ptr<const mesh::Topology> topology)
@@ -67,14 +69,15 @@ LimitEvaluator::LimitEvaluator(std::shared_ptr<const mesh::Topology> topology)
 
 Mask LimitEvaluator::position_mask(const Location& at) const {
     if (!at.face.valid() || at.face.value >= topology_->face_count()) {
-        throw base::InvalidArgument(
-            fmt::format("face {} does not exist; there are {}", at.face.value, topology_->face_count()));
+        throw base::InvalidArgument(fmt::format("face {} does not exist; there are {}",
+                                                at.face.value, topology_->face_count()));
     }
     const int sectors = topology_->size(at.face) == 4 ? 1 : topology_->size(at.face);
     if (!(at.u >= 0.0 && at.u <= 1.0 && at.v >= 0.0 && at.v <= 1.0) || at.sector < 0 ||
         at.sector >= sectors) {
-        throw base::InvalidArgument(fmt::format("face {}: parameters ({}, {}) of sector {} are not on it",
-                                                at.face.value, at.u, at.v, at.sector));
+        throw base::InvalidArgument(
+            fmt::format("face {}: parameters ({}, {}) of sector {} are not on it", at.face.value,
+                        at.u, at.v, at.sector));
     }
     Ring ring = table_->ring(*topology_, at.face);
     const RingMask mask = ring_mask(*ring.kind, at.u, at.v, at.sector);

@@ -107,7 +107,8 @@ void LimitOperator::apply_transposed(const geom::Points& y, geom::Points& x) con
     base::parallel_for(std::size_t(columns_), 8192, [&](std::size_t first, std::size_t last) {
         for (std::size_t c = 0; c < chunks_.size(); ++c) {
             const auto low = std::max<std::int64_t>(std::int64_t(first), chunks_[c].first_vertex);
-            const auto high = std::min<std::int64_t>(std::int64_t(last), chunks_[c].last_vertex + 1);
+            const auto high =
+                std::min<std::int64_t>(std::int64_t(last), chunks_[c].last_vertex + 1);
             if (low >= high) continue;
             x.middleRows(low, high - low) +=
                 partial[c].middleRows(low - chunks_[c].first_vertex, high - low);

@@ -34,8 +34,8 @@ class StencilBuilder {
     Stencils build() {
         Stencils stencils;
         stencils.columns = topology_.vertex_count();
-        const auto rows = std::size_t(topology_.vertex_count() + topology_.edge_count() +
-                                      topology_.face_count());
+        const auto rows =
+            std::size_t(topology_.vertex_count() + topology_.edge_count() + topology_.face_count());
         stencils.begin.reserve(rows + 1);
         stencils.index.reserve(7 * rows);
         stencils.weight.reserve(7 * rows);
@@ -57,7 +57,8 @@ class StencilBuilder {
   private:
     void add_face_point(FaceId f, double weight) {
         const auto corners = topology_.corners(f);
-        for (const CornerId c : corners) row_.add(topology_.vertex(c).value, weight / corners.size());
+        for (const CornerId c : corners)
+            row_.add(topology_.vertex(c).value, weight / corners.size());
     }
 
     void edge_point(EdgeId e) {

@@ -2,7 +2,6 @@
 #include <patchwright/subd/ring.h>
 
 #include <Eigen/QR>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -54,9 +53,10 @@ class RingExtractor {
         }
         for (const Spoke& s : spokes_) {
             if (s.sharpness > 0.0) {
-                input.creases.push_back({slot(s.face, s.position),
-                                         slot(s.face, (s.position + 1) % faces_[std::size_t(s.face)].size),
-                                         s.sharpness});
+                input.creases.push_back(
+                    {slot(s.face, s.position),
+                     slot(s.face, (s.position + 1) % faces_[std::size_t(s.face)].size),
+                     s.sharpness});
             }
         }
         for (int i = 0; i < own_; ++i) {
@@ -202,7 +202,9 @@ class RingExtractor {
 
 /// Whether the face is one polynomial as seen from its own corner `c`.
 bool corner_is_regular(const Topology& t, CornerId c) {
-    const auto sharp = [&](CornerId half_edge) { return std::isinf(t.sharpness(t.edge(half_edge))); };
+    const auto sharp = [&](CornerId half_edge) {
+        return std::isinf(t.sharpness(t.edge(half_edge)));
+    };
     const VertexId v = t.vertex(c);
     int smooth_spokes = 0;
     int sharp_spokes = 0;
@@ -225,7 +227,8 @@ bool corner_is_regular(const Topology& t, CornerId c) {
     if (leaving && arriving) return corner;
     if (corner) return false;
     if (!leaving && !arriving) return sharp_spokes == 0 && smooth_spokes == 4;
-    // A crease vertex: regular when just one more face lies between the face and the other crease edge.
+    // A crease vertex: regular when just one more face lies between the face and the other crease
+    // edge.
     if (sharp_spokes != 2) return false;
     if (leaving) return sharp(t.previous(t.twin(t.previous(c))));
     return sharp(t.next(t.twin(c)));

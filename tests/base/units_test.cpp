@@ -14,7 +14,8 @@ TEST_CASE("lengths with units are read", "[base]") {
 }
 
 TEST_CASE("what is no length is refused", "[base]") {
-    for (const char* text : {"", "mm", "0mm", "-1mm", "1", "1furlong", "nanmm", "infmm", "1e-4 rel"}) {
+    for (const char* text :
+         {"", "mm", "0mm", "-1mm", "1", "1furlong", "nanmm", "infmm", "1e-4 rel"}) {
         CAPTURE(text);
         CHECK_THROWS_AS(base::parse_length(text), base::InvalidArgument);
     }

@@ -1,8 +1,9 @@
 #include <patchwright/base/error.h>
 #include <patchwright/fit/cgls.h>
 
-#include <Eigen/QR>
 #include <catch2/catch.hpp>
+
+#include <Eigen/QR>
 
 using namespace patchwright;
 
@@ -50,7 +51,9 @@ TEST_CASE("CGLS with a zero right-hand side or an exact start takes no step", "[
     const Dense identity(Eigen::MatrixXd::Identity(5, 5));
     const geom::Points b = geom::Points::Ones(5, 3);
     CHECK(fit::solve_cgls(identity, b, b).iterations == 0);
-    CHECK(fit::solve_cgls(identity, geom::Points::Zero(5, 3), geom::Points::Zero(5, 3)).iterations == 0);
+    CHECK(
+        fit::solve_cgls(identity, geom::Points::Zero(5, 3), geom::Points::Zero(5, 3)).iterations ==
+        0);
 }
 
 TEST_CASE("CGLS refuses sizes that do not match", "[fit][errors]") {

@@ -1,10 +1,10 @@
+#include "support/analytic_references.h"
+#include "support/cages.h"
+
 #include <patchwright/base/error.h>
 #include <patchwright/fit/fit.h>
 #include <patchwright/subd/limit_mask.h>
 #include <patchwright/subd/refine.h>
-
-#include "support/analytic_references.h"
-#include "support/cages.h"
 
 #include <catch2/catch.hpp>
 
@@ -12,13 +12,15 @@ using namespace patchwright;
 using geom::Vec3;
 
 TEST_CASE("a cube cage is fitted to a sphere within the tolerance", "[fit][oracle]") {
-    const auto result = fit::fit(subd::refine(test::cube(2.0), 1), test::Sphere(1.0), {.tolerance_mm = 1e-4});
+    const auto result =
+        fit::fit(subd::refine(test::cube(2.0), 1), test::Sphere(1.0), {.tolerance_mm = 1e-4});
     REQUIRE(result.met);
     CHECK(result.levels.back().max_mm <= 1e-4);
     // The fit's own figures are those of the limit surface.
     const subd::LimitEvaluator evaluator(result.cage.topology);
     for (const mesh::FaceId f : result.cage.topology->faces()) {
-        CHECK(std::abs(evaluator.position(result.cage.points, {f, 0.21, 0.83}).norm() - 1.0) < 1e-4);
+        CHECK(std::abs(evaluator.position(result.cage.points, {f, 0.21, 0.83}).norm() - 1.0) <
+              1e-4);
     }
 }
 
@@ -59,7 +61,8 @@ TEST_CASE("an open cage's boundary goes to the free edge", "[fit][oracle]") {
     const subd::LimitEvaluator evaluator(result.cage.topology);
     const mesh::Topology& t = *result.cage.topology;
     for (const mesh::VertexId v : t.vertices()) {
-        if (t.is_boundary(v)) CHECK(std::abs(subd::limit_position(result.cage, v).norm() - 1.0) < 1e-3);
+        if (t.is_boundary(v))
+            CHECK(std::abs(subd::limit_position(result.cage, v).norm() - 1.0) < 1e-3);
     }
 }
 
@@ -73,7 +76,8 @@ TEST_CASE("pinned control points do not move", "[fit]") {
 }
 
 TEST_CASE("missing the tolerance is an answer, not an error", "[fit]") {
-    const auto result = fit::fit(test::cube(2.0), test::Sphere(1.0), {.tolerance_mm = 1e-9, .max_levels = 1});
+    const auto result =
+        fit::fit(test::cube(2.0), test::Sphere(1.0), {.tolerance_mm = 1e-9, .max_levels = 1});
     CHECK_FALSE(result.met);
     CHECK(result.levels.size() == 2);
     CHECK(result.levels[1].max_mm > 1e-9);

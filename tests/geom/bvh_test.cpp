@@ -36,8 +36,7 @@ double nearest_box(const Bvh& tree, const std::vector<Box3>& boxes, const Vec3& 
 
 double brute_force(const std::vector<Box3>& boxes, const Vec3& query) {
     double best = 1e30;
-    for (const Box3& box : boxes)
-        best = std::min(best, std::sqrt(box.squared_distance(query)));
+    for (const Box3& box : boxes) best = std::min(best, std::sqrt(box.squared_distance(query)));
     return best;
 }
 

@@ -1,7 +1,7 @@
+#include "support/cages.h"
+
 #include <patchwright/base/error.h>
 #include <patchwright/mesh/obj.h>
-
-#include "support/cages.h"
 
 #include <catch2/catch.hpp>
 
@@ -24,7 +24,8 @@ const std::string square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 TEST_CASE("an OBJ cage with all tags survives writing and reading to the last bit", "[mesh]") {
     for (unsigned seed = 0; seed < 20; ++seed) {
         const mesh::Cage cage = test::random_cage(
-            seed, {.open = seed % 2 == 1, .semi_sharp = true, .rule = mesh::BoundaryRule::EdgeAndCorner});
+            seed,
+            {.open = seed % 2 == 1, .semi_sharp = true, .rule = mesh::BoundaryRule::EdgeAndCorner});
         const std::string text = mesh::obj_text(cage);
         const mesh::Cage again = parse(text).cage;
         CHECK(again.points == cage.points);
@@ -33,10 +34,11 @@ TEST_CASE("an OBJ cage with all tags survives writing and reading to the last bi
 }
 
 TEST_CASE("names, pins and OpenSubdiv tags are read", "[mesh]") {
-    const auto result = parse(square +
-                              "v 2 0 0\nv 2 1 0\ng left side\nf 1/1 2//2 3/3/3 -3\no right\nf 2 5 6 3\n"
-                              "t crease 2/1/0 1 2 3.5\nt corner 1/1/0 4 10\n"
-                              "t interpolateboundary 1/0/0 2\n#patchwright pin 0\n# a comment\n");
+    const auto result =
+        parse(square +
+              "v 2 0 0\nv 2 1 0\ng left side\nf 1/1 2//2 3/3/3 -3\no right\nf 2 5 6 3\n"
+              "t crease 2/1/0 1 2 3.5\nt corner 1/1/0 4 10\n"
+              "t interpolateboundary 1/0/0 2\n#patchwright pin 0\n# a comment\n");
     const mesh::Topology& t = *result.cage.topology;
     REQUIRE(t.face_count() == 2);
     CHECK(t.group_names() == std::vector<std::string>{"left side", "right"});
@@ -65,7 +67,8 @@ TEST_CASE("unusable OBJ files are refused with file, element and reason", "[mesh
         {"v 0 0 x\n", "'x' is not a number"},
         {square + "f 1 2 3 4\nf 2 3 4 1\n", "same vertices"},
         {square + "f 1 2 3\n", "vertex 3 belongs to no face"},
-        {square + "v 0 0 1\nv 0 0 2\nf 1 2 3 4\nf 1 2 5\nf 2 1 6\n", "edge 0-1 has more than two faces"},
+        {square + "v 0 0 1\nv 0 0 2\nf 1 2 3 4\nf 1 2 5\nf 2 1 6\n",
+         "edge 0-1 has more than two faces"},
         {square + "v 2 1 0\nv 2 2 0\nv 1 2 0\nf 1 2 3 4\nf 3 5 6 7\n", "vertex 2 joins parts"},
         {square + "f 1 2 3 4\nt crease 2/1/0 0 2 1\n", "crease 0-2: there is no such edge"},
         {square + "f 1 2 3 4\nt crease 2/1/0 0 1 -1\n", "sharpness -1"},
@@ -85,7 +88,8 @@ TEST_CASE("a Moebius strip is refused", "[mesh][errors]") {
 }
 
 TEST_CASE("an inner vertex with two faces is refused", "[mesh][errors]") {
-    CHECK_THROWS_WITH(parse(square + "v 0.5 0.5 0\nf 1 2 5 4\nf 2 3 4 5\n"), Contains("only 2 faces"));
+    CHECK_THROWS_WITH(parse(square + "v 0.5 0.5 0\nf 1 2 5 4\nf 2 3 4 5\n"),
+                      Contains("only 2 faces"));
 }
 
 TEST_CASE("disagreeing faces are turned, and closed parts face outward", "[mesh]") {

@@ -67,10 +67,8 @@ void check_against_kernel(const TopoDS_Shape& shape, int count, unsigned seed) {
     const TopoDS_Compound faces = test::faces_only(shape);
     const double size = reference.bounds().diagonal();
     auto points = random_points(reference.bounds(), 0.3, count, seed);
-    for (const Vec3& p : near_points(reference, 0.02 * size, count, seed + 1))
-        points.push_back(p);
-    for (const Vec3& p : near_points(reference, 0.0, count / 4, seed + 2))
-        points.push_back(p);
+    for (const Vec3& p : near_points(reference, 0.02 * size, count, seed + 1)) points.push_back(p);
+    for (const Vec3& p : near_points(reference, 0.0, count / 4, seed + 2)) points.push_back(p);
     for (const Vec3& p : random_points(reference.bounds(), 30.0, count / 8, seed + 3))
         points.push_back(p);
     for (const Vec3& p : points) {
@@ -113,8 +111,7 @@ TopoDS_Shape kinked_strip() {
             poles.SetValue(i, j, gp_Pnt(10 * (i - 2), 20 * j, i == 2 ? 5 : 0));
     }
     TColStd_Array1OfReal knots(1, 3);
-    for (int i = 1; i <= 3; ++i)
-        knots(i) = i;
+    for (int i = 1; i <= 3; ++i) knots(i) = i;
     TColStd_Array1OfInteger multiplicities(1, 3);
     multiplicities.Init(2);
     multiplicities(2) = 1;
@@ -122,6 +119,28 @@ TopoDS_Shape kinked_strip() {
                new Geom_BSplineSurface(poles, knots, knots, multiplicities, multiplicities, 1, 1),
                1e-7)
         .Face();
+}
+
+/// A strip that bends by `angle` within a knot span of 1/500 of its length and is plain elsewhere.
+Handle(Geom_BSplineSurface) bent_strip(double angle) {
+    const std::vector<double> along{-50, -34, -17, -0.1, 0.1, 17, 34, 50};
+    TColgp_Array2OfPnt poles(1, 8, 1, 4);
+    for (int i = 1; i <= 8; ++i) {
+        const double s = along[std::size_t(i) - 1];
+        for (int j = 1; j <= 4; ++j) {
+            poles.SetValue(
+                i, j, gp_Pnt(s * std::cos(angle / 2), 20.0 * j, std::abs(s) * std::sin(angle / 2)));
+        }
+    }
+    TColStd_Array1OfReal u(1, 4), v(1, 2);
+    u(1) = v(1) = 0;
+    u(2) = 0.499;
+    u(3) = 0.501;
+    u(4) = v(2) = 1;
+    TColStd_Array1OfInteger mu(1, 4), mv(1, 2);
+    mu(1) = mu(4) = mv(1) = mv(2) = 4;
+    mu(2) = mu(3) = 2;
+    return new Geom_BSplineSurface(poles, u, v, mu, mv, 3, 3);
 }
 
 TopoDS_Shape wedge(double length, double half_thickness) {
@@ -200,15 +219,9 @@ TEST_CASE("foot points on a box: faces, edges, corners, inside", "[occ][oracle]"
 }
 
 TEST_CASE("foot points agree with the kernel's extrema on trimmed faces", "[occ][oracle]") {
-    SECTION("cylinder minus oblique box") {
-        check_against_kernel(test::cut_cylinder(), 160, 10);
-    }
-    SECTION("plate with hole") {
-        check_against_kernel(test::plate_with_hole(), 160, 20);
-    }
-    SECTION("lofted wing") {
-        check_against_kernel(test::wing(), 60, 30);
-    }
+    SECTION("cylinder minus oblique box") { check_against_kernel(test::cut_cylinder(), 160, 10); }
+    SECTION("plate with hole") { check_against_kernel(test::plate_with_hole(), 160, 20); }
+    SECTION("lofted wing") { check_against_kernel(test::wing(), 60, 30); }
     SECTION("wing cut by an oblique box") {
         check_against_kernel(
             BRepAlgoAPI_Cut(test::wing(),
@@ -219,9 +232,7 @@ TEST_CASE("foot points agree with the kernel's extrema on trimmed faces", "[occ]
     SECTION("cone, apex included") {
         check_against_kernel(BRepPrimAPI_MakeCone(5.0, 0.0, 12.0).Shape(), 160, 50);
     }
-    SECTION("patch with two degenerate sides") {
-        check_against_kernel(horn(), 100, 60);
-    }
+    SECTION("patch with two degenerate sides") { check_against_kernel(horn(), 100, 60); }
     SECTION("filleted box") {
         const TopoDS_Shape box = BRepPrimAPI_MakeBox(10.0, 20.0, 30.0).Shape();
         BRepFilletAPI_MakeFillet rounded(box);
@@ -247,6 +258,24 @@ TEST_CASE("the nearest point of a ridge inside a face is on the ridge", "[occ][o
     const Vec3 on_right = Vec3(0, 31, 5) + 4.0 * slope;
     const FootPoint right = reference.foot_point(on_right + 2.0 * Vec3(5, 0, 10).normalized());
     CHECK((right.point - on_right).norm() < 1e-9);
+}
+
+TEST_CASE("a bend much shorter than the triangles hides no nearer point", "[occ][oracle]") {
+    const Handle(Geom_BSplineSurface) surface = bent_strip(0.25);
+    const CadReference reference = reference_of(BRepBuilderAPI_MakeFace(surface, 1e-7).Face());
+    for (int i = 0; i < 60; ++i) {
+        // In the hollow of the bend, where both sides and the bend itself are about equally near.
+        const Vec3 query(0.02 * (i - 30), 50.3, 2.0 + 0.5 * i);
+        double expected = 1e30;
+        for (int k = 0; k <= 4000; ++k) {
+            // The strip does not change along y.
+            const double u = k <= 2000 ? 0.49 + 1e-5 * k : (k - 2000) / 2000.0;
+            const gp_Pnt p = surface->Value(u, 0.5);
+            expected = std::min(expected, std::hypot(p.X() - query.x(), p.Z() - query.z()));
+        }
+        CAPTURE(query.transpose());
+        CHECK(reference.foot_point(query).distance <= expected + 1e-9);
+    }
 }
 
 TEST_CASE("normals point outward whatever the faces' orientation", "[occ]") {
@@ -370,12 +399,10 @@ TEST_CASE("samples lie on the model, cover every face, and never change", "[occ]
         CHECK(test::kernel_distance(faces[std::size_t(sample.face)], sample.point) < 3e-7);
         CHECK(sample.normal.norm() == Approx(1.0));
     }
-    for (const int n : count)
-        CHECK(n >= 8);
+    for (const int n : count) CHECK(n >= 8);
     const auto again = reference_of(shape).sample(500);
     REQUIRE(again.size() == samples.size());
-    for (std::size_t i = 0; i < samples.size(); ++i)
-        CHECK(again[i].point == samples[i].point);
+    for (std::size_t i = 0; i < samples.size(); ++i) CHECK(again[i].point == samples[i].point);
 }
 
 TEST_CASE("queries from several threads give the answers of one", "[occ]") {

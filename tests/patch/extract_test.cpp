@@ -1,9 +1,9 @@
+#include "support/cages.h"
+
 #include <patchwright/base/error.h>
 #include <patchwright/patch/extract.h>
 #include <patchwright/subd/limit_mask.h>
 #include <patchwright/subd/refine.h>
-
-#include "support/cages.h"
 
 #include <catch2/catch.hpp>
 
@@ -19,11 +19,12 @@ std::vector<mesh::Cage> cages() {
     std::vector<mesh::Cage> all{test::cube(2.0), test::torus(8, 6, 3, 1), test::grid(3, 2)};
     for (const int n : {3, 5, 6, 8, 12}) all.push_back(test::fan(n));
     for (unsigned seed = 0; seed < 24; ++seed) {
-        all.push_back(test::random_cage(seed, {.open = seed % 2 == 1,
-                                               .crease_share = 0.1 * (seed % 4),
-                                               .semi_sharp = seed % 5 == 0,
-                                               .rule = seed % 4 < 2 ? mesh::BoundaryRule::EdgeOnly
-                                                                    : mesh::BoundaryRule::EdgeAndCorner}));
+        all.push_back(
+            test::random_cage(seed, {.open = seed % 2 == 1,
+                                     .crease_share = 0.1 * (seed % 4),
+                                     .semi_sharp = seed % 5 == 0,
+                                     .rule = seed % 4 < 2 ? mesh::BoundaryRule::EdgeOnly
+                                                          : mesh::BoundaryRule::EdgeAndCorner}));
     }
     return all;
 }
@@ -47,10 +48,21 @@ TEST_CASE("patches are the limit surface away from caps", "[patch][oracle]") {
         double worst = 0.0;
         for (const FaceId f : extraction.cage.topology->faces()) {
             const auto& surface = extraction.patches.patches[f.index()].surface;
-            // The cap is a square of 1/16 at one corner; its outer border still belongs to the surface.
-            for (const auto& [u, v] : {std::pair{0.5, 0.5}, {0.0625, 0.0}, {0.0625, 0.0625}, {0.9375, 0.02},
-                                       {1.0, 0.9375}, {0.03, 0.9375}, {0.2, 0.1}, {0.0, 0.4}, {0.97, 0.9},
-                                       {0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {0.0, 1.0}}) {
+            // The cap is a square of 1/16 at one corner; its outer border still belongs to the
+            // surface.
+            for (const auto& [u, v] : {std::pair{0.5, 0.5},
+                                       {0.0625, 0.0},
+                                       {0.0625, 0.0625},
+                                       {0.9375, 0.02},
+                                       {1.0, 0.9375},
+                                       {0.03, 0.9375},
+                                       {0.2, 0.1},
+                                       {0.0, 0.4},
+                                       {0.97, 0.9},
+                                       {0.0, 0.0},
+                                       {1.0, 0.0},
+                                       {1.0, 1.0},
+                                       {0.0, 1.0}}) {
                 const Vec3 expected = evaluator.position(extraction.cage.points, {f, u, v});
                 worst = std::max(worst, (surface.at(u, v).position - expected).norm());
             }
@@ -81,7 +93,8 @@ TEST_CASE("caps approach the limit surface with their depth", "[patch][oracle]")
         }
         return distance;
     };
-    // Valence 3 has the subdominant eigenvalue 0.41: every level shrinks the error at least so much.
+    // Valence 3 has the subdominant eigenvalue 0.41: every level shrinks the error at least so
+    // much.
     CHECK(worst(3) < 1e-3);
     CHECK(worst(6) < 0.42 * 0.42 * 0.42 * worst(3));
 }

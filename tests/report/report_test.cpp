@@ -11,13 +11,17 @@ namespace {
 report::RunReport sample() {
     report::RunReport r;
     r.unit = base::LengthUnit::Inch;
-    r.input = report::InputFigures{.file = "a<b>.igs", .format = "IGES", .faces = 3, .diagonal = 254.0};
+    r.input =
+        report::InputFigures{.file = "a<b>.igs", .format = "IGES", .faces = 3, .diagonal = 254.0};
     r.cage = mesh::CageSummary{.vertices = 8, .faces = 6};
-    r.fit = report::FitFigures{.tolerance = 2.54, .met = true, .levels = {{.vertices = 8, .max_mm = 1.27}}};
+    r.fit = report::FitFigures{
+        .tolerance = 2.54, .met = true, .levels = {{.vertices = 8, .max_mm = 1.27}}};
     r.patches = report::PatchFigures{.count = 24, .caps = 24, .continuity = "refined"};
-    r.solid = report::SolidFigures{.file = "o.step", .solids = 1, .closed = true, .volume = 25.4 * 25.4 * 25.4};
+    r.solid = report::SolidFigures{
+        .file = "o.step", .solids = 1, .closed = true, .volume = 25.4 * 25.4 * 25.4};
     r.deviation = report::DeviationFigures{
-        .output_to_input = {.max = 25.4, .at = geom::Vec3(25.4, 0, -50.8), .face = 7, .samples = 10}};
+        .output_to_input = {
+            .max = 25.4, .at = geom::Vec3(25.4, 0, -50.8), .face = 7, .samples = 10}};
     r.continuity = patch::Continuity{.max_kink_rad = M_PI / 180, .crease_edges = 12};
     r.seconds = {{"read", 1.0}, {"fit", 2.0}};
     return r;

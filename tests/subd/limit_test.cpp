@@ -1,10 +1,10 @@
+#include "support/cages.h"
+
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
 #include <patchwright/subd/limit_mask.h>
 #include <patchwright/subd/limit_operator.h>
 #include <patchwright/subd/refine.h>
-
-#include "support/cages.h"
 
 #include <catch2/catch.hpp>
 
@@ -73,7 +73,8 @@ TEST_CASE("refining does not change the limit surface", "[subd][oracle]") {
         for (const FaceId f : cage.topology->faces()) {
             const int n = cage.topology->size(f);
             for (int i = 0; i < n; ++i, ++child) {
-                for (const auto& [u, v] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {0.3, 0.8}, {0.51, 0.0}, {1.0, 1.0}}) {
+                for (const auto& [u, v] :
+                     {std::pair{0.0, 0.0}, {1.0, 0.0}, {0.3, 0.8}, {0.51, 0.0}, {1.0, 1.0}}) {
                     subd::Location at{f, u, v, i};
                     if (n == 4) {
                         at = {f, 0.5 * (u + (i == 1 || i == 2)), 0.5 * (v + (i >= 2)), 0};
@@ -105,7 +106,9 @@ TEST_CASE("limit points agree where faces meet", "[subd]") {
             const mesh::CornerId c = t.corner(e);
             const mesh::CornerId d = t.twin(c);
             for (const double s : {0.0, 0.01, 0.37, 1.0}) {
-                const auto side = [&](mesh::CornerId x) { return x.value - t.corners(t.face(x))[0].value; };
+                const auto side = [&](mesh::CornerId x) {
+                    return x.value - t.corners(t.face(x))[0].value;
+                };
                 const Vec3 p = evaluator.position(cage.points, on_side(t.face(c), side(c), s));
                 const Vec3 q = evaluator.position(cage.points, on_side(t.face(d), side(d), 1 - s));
                 CHECK((p - q).norm() < 1e-13);
@@ -128,14 +131,16 @@ namespace {
 struct Sampled {
     mesh::Cage cage;
     std::vector<subd::Site> sites;
-    std::vector<subd::ParameterSet> sets{{{0.25, 0.25}, {0.75, 0.3}}, {{0.0, 0.0}, {0.4, 1.0}, {1.0, 1.0}}};
+    std::vector<subd::ParameterSet> sets{{{0.25, 0.25}, {0.75, 0.3}},
+                                         {{0.0, 0.0}, {0.4, 1.0}, {1.0, 1.0}}};
 };
 
 Sampled sampled(unsigned seed) {
     Sampled s{test::random_cage(seed, {.open = seed % 2 == 1, .semi_sharp = seed % 3 == 0}), {}};
     for (const FaceId f : s.cage.topology->faces()) {
         const int sectors = s.cage.topology->size(f) == 4 ? 1 : s.cage.topology->size(f);
-        for (int sector = 0; sector < sectors; ++sector) s.sites.push_back({f, sector, f.value % 2});
+        for (int sector = 0; sector < sectors; ++sector)
+            s.sites.push_back({f, sector, f.value % 2});
     }
     return s;
 }
@@ -154,7 +159,8 @@ TEST_CASE("the limit operator has the masks as rows", "[subd]") {
             for (std::size_t k = 0; k < set.size(); ++k) {
                 const Vec3 p = evaluator.position(
                     s.cage.points, {s.sites[i].face, set[k].x(), set[k].y(), s.sites[i].sector});
-                CHECK((limit.row(op.site_rows()[i] + Eigen::Index(k)).transpose() - p).norm() < 1e-14);
+                CHECK((limit.row(op.site_rows()[i] + Eigen::Index(k)).transpose() - p).norm() <
+                      1e-14);
             }
         }
         geom::Points ones;

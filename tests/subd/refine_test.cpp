@@ -1,11 +1,10 @@
-#include <patchwright/subd/refine.h>
-
 #include "support/cages.h"
 
-#include <opensubdiv/far/primvarRefiner.h>
-#include <opensubdiv/far/topologyDescriptor.h>
+#include <patchwright/subd/refine.h>
 
 #include <catch2/catch.hpp>
+#include <opensubdiv/far/primvarRefiner.h>
+#include <opensubdiv/far/topologyDescriptor.h>
 
 using namespace patchwright;
 
@@ -57,8 +56,8 @@ std::unique_ptr<Far::TopologyRefiner> osd_refiner(const mesh::Topology& t) {
         Factory::Create(descriptor, Factory::Options(Sdc::SCHEME_CATMARK, options)));
 }
 
-/// The largest distance between our refined points and OpenSubdiv's over `levels` steps; vertices are
-/// matched by the coarse vertex, edge or face they come from.
+/// The largest distance between our refined points and OpenSubdiv's over `levels` steps; vertices
+/// are matched by the coarse vertex, edge or face they come from.
 double difference_to_osd(const mesh::Cage& cage, int levels) {
     const auto refiner = osd_refiner(*cage.topology);
     refiner->RefineUniform(Far::TopologyRefiner::UniformOptions(levels));
@@ -88,7 +87,8 @@ double difference_to_osd(const mesh::Cage& cage, int levels) {
         for (const mesh::FaceId f : t.faces()) {
             // The one face of theirs that has all vertices of ours.
             int found = -1;
-            for (const int candidate : coarse.GetVertexFaces(theirs_of[t.vertex(t.corners(f)[0]).index()])) {
+            for (const int candidate :
+                 coarse.GetVertexFaces(theirs_of[t.vertex(t.corners(f)[0]).index()])) {
                 const auto vertices = coarse.GetFaceVertices(candidate);
                 bool all = vertices.size() == t.size(f);
                 for (const mesh::CornerId c : t.corners(f)) {
@@ -116,19 +116,20 @@ TEST_CASE("refined points are OpenSubdiv's, whatever the features", "[subd][orac
     for (unsigned seed = 0; seed < 60; ++seed) {
         CAPTURE(seed);
         const bool semi_sharp = seed % 3 == 2;
-        const mesh::Cage cage = test::random_cage(
-            seed, {.open = seed % 2 == 1,
-                   .crease_share = 0.1 * (seed % 5),
-                   .semi_sharp = semi_sharp,
-                   .rule = seed % 4 < 2 ? mesh::BoundaryRule::EdgeOnly
-                                        : mesh::BoundaryRule::EdgeAndCorner});
+        const mesh::Cage cage =
+            test::random_cage(seed, {.open = seed % 2 == 1,
+                                     .crease_share = 0.1 * (seed % 5),
+                                     .semi_sharp = semi_sharp,
+                                     .rule = seed % 4 < 2 ? mesh::BoundaryRule::EdgeOnly
+                                                          : mesh::BoundaryRule::EdgeAndCorner});
         CHECK(difference_to_osd(cage, 3) < (semi_sharp ? 3e-7 : 1e-14 * 50));
     }
 }
 
 TEST_CASE("subdivision matrices have rows of sum 1 and refine linearly", "[subd]") {
     for (unsigned seed = 0; seed < 10; ++seed) {
-        const mesh::Cage cage = test::random_cage(seed, {.open = seed % 2 == 0, .semi_sharp = true});
+        const mesh::Cage cage =
+            test::random_cage(seed, {.open = seed % 2 == 0, .semi_sharp = true});
         const subd::Refinement step = subd::refine(*cage.topology);
         CHECK(step.topology->all_quads());
         const geom::Points ones = geom::Points::Ones(cage.points.rows(), 3);

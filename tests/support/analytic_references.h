@@ -14,11 +14,13 @@ class Sphere final : public geom::ReferenceSurface {
     geom::Box3 bounds() const override {
         return {geom::Vec3::Constant(-radius_), geom::Vec3::Constant(radius_)};
     }
-    geom::FootPoint foot_point(const geom::Vec3& q, const std::optional<geom::Vec3>&) const override {
+    geom::FootPoint foot_point(const geom::Vec3& q,
+                               const std::optional<geom::Vec3>&) const override {
         const geom::Vec3 n = q.normalized();
         return {radius_ * n, n, std::abs(q.norm() - radius_), 0};
     }
-    std::optional<geom::FeaturePoint> feature_point(const geom::Vec3&, geom::FeatureKind) const override {
+    std::optional<geom::FeaturePoint> feature_point(const geom::Vec3&,
+                                                    geom::FeatureKind) const override {
         return std::nullopt;
     }
 
@@ -34,12 +36,14 @@ class Torus final : public geom::ReferenceSurface {
         const geom::Vec3 half(major_ + minor_, major_ + minor_, minor_);
         return {-half, half};
     }
-    geom::FootPoint foot_point(const geom::Vec3& q, const std::optional<geom::Vec3>&) const override {
+    geom::FootPoint foot_point(const geom::Vec3& q,
+                               const std::optional<geom::Vec3>&) const override {
         const geom::Vec3 ring = major_ * geom::Vec3(q.x(), q.y(), 0).normalized();
         const geom::Vec3 n = (q - ring).normalized();
         return {ring + minor_ * n, n, std::abs((q - ring).norm() - minor_), 0};
     }
-    std::optional<geom::FeaturePoint> feature_point(const geom::Vec3&, geom::FeatureKind) const override {
+    std::optional<geom::FeaturePoint> feature_point(const geom::Vec3&,
+                                                    geom::FeatureKind) const override {
         return std::nullopt;
     }
 
@@ -51,7 +55,8 @@ class Torus final : public geom::ReferenceSurface {
 class Disc final : public geom::ReferenceSurface {
   public:
     geom::Box3 bounds() const override { return {geom::Vec3(-1, -1, 0), geom::Vec3(1, 1, 0)}; }
-    geom::FootPoint foot_point(const geom::Vec3& q, const std::optional<geom::Vec3>&) const override {
+    geom::FootPoint foot_point(const geom::Vec3& q,
+                               const std::optional<geom::Vec3>&) const override {
         geom::Vec3 p(q.x(), q.y(), 0);
         if (p.norm() > 1) p.normalize();
         return {p, geom::Vec3::UnitZ(), (q - p).norm(), 0};
@@ -67,8 +72,11 @@ class Disc final : public geom::ReferenceSurface {
 /// The surface of the cube [-1, 1]^3 with its 12 sharp edges and 8 corners.
 class Box final : public geom::ReferenceSurface {
   public:
-    geom::Box3 bounds() const override { return {geom::Vec3::Constant(-1), geom::Vec3::Constant(1)}; }
-    geom::FootPoint foot_point(const geom::Vec3& q, const std::optional<geom::Vec3>&) const override {
+    geom::Box3 bounds() const override {
+        return {geom::Vec3::Constant(-1), geom::Vec3::Constant(1)};
+    }
+    geom::FootPoint foot_point(const geom::Vec3& q,
+                               const std::optional<geom::Vec3>&) const override {
         geom::Vec3 p = q.cwiseMax(-1).cwiseMin(1);
         int axis = 0;
         p.cwiseAbs().maxCoeff(&axis);
@@ -82,7 +90,8 @@ class Box final : public geom::ReferenceSurface {
         int inner = 0;
         p.cwiseAbs().minCoeff(&inner);
         for (int axis = 0; axis < 3; ++axis) {
-            if (axis != inner || kind == geom::FeatureKind::Corner) p[axis] = std::copysign(1.0, q[axis]);
+            if (axis != inner || kind == geom::FeatureKind::Corner)
+                p[axis] = std::copysign(1.0, q[axis]);
         }
         return geom::FeaturePoint{p, (q - p).norm(), 0};
     }

@@ -44,7 +44,8 @@ Polygon join(const Polygon& a, const Polygon& b) {
     std::vector<std::pair<std::size_t, std::size_t>> shared;
     for (std::size_t i = 0; i < a.size(); ++i) {
         for (std::size_t j = 0; j < b.size(); ++j) {
-            if (a[i] == b[(j + 1) % b.size()] && a[(i + 1) % a.size()] == b[j]) shared.emplace_back(i, j);
+            if (a[i] == b[(j + 1) % b.size()] && a[(i + 1) % a.size()] == b[j])
+                shared.emplace_back(i, j);
         }
     }
     if (shared.size() != 1) return {};
@@ -60,7 +61,9 @@ Polygon join(const Polygon& a, const Polygon& b) {
 mesh::Cage random_cage(unsigned seed, const RandomCageOptions& options) {
     for (unsigned attempt = 0;; ++attempt) {
         std::mt19937 random(seed + 7919 * attempt);
-        const auto chance = [&](double p) { return std::uniform_real_distribution<>(0, 1)(random) < p; };
+        const auto chance = [&](double p) {
+            return std::uniform_real_distribution<>(0, 1)(random) < p;
+        };
         const auto pick = [&](std::size_t n) {
             return std::uniform_int_distribution<std::size_t>(0, n - 1)(random);
         };
@@ -68,7 +71,8 @@ mesh::Cage random_cage(unsigned seed, const RandomCageOptions& options) {
         std::vector<Polygon> faces;
         cube_grid(2 + int(pick(2)), points, faces);
         for (geom::Vec3& p : points) {
-            for (int axis = 0; axis < 3; ++axis) p[axis] += std::uniform_real_distribution<>(-0.2, 0.2)(random);
+            for (int axis = 0; axis < 3; ++axis)
+                p[axis] += std::uniform_real_distribution<>(-0.2, 0.2)(random);
         }
         if (options.merge_faces) {
             for (int joins = int(pick(5)); joins > 0; --joins) {
@@ -92,14 +96,16 @@ mesh::Cage random_cage(unsigned seed, const RandomCageOptions& options) {
         mesh::TopologyInput tags;
         tags.boundary_rule = options.rule;
         const auto sharpness = [&] {
-            return options.semi_sharp && chance(0.7) ? std::uniform_real_distribution<>(0.2, 3.0)(random)
-                                                     : mesh::infinite_sharpness;
+            return options.semi_sharp && chance(0.7)
+                       ? std::uniform_real_distribution<>(0.2, 3.0)(random)
+                       : mesh::infinite_sharpness;
         };
         for (const Polygon& face : faces) {
             for (std::size_t i = 0; i < face.size(); ++i) {
                 const int a = face[i];
                 const int b = face[(i + 1) % face.size()];
-                if (a < b && chance(options.crease_share)) tags.creases.push_back({a, b, sharpness()});
+                if (a < b && chance(options.crease_share))
+                    tags.creases.push_back({a, b, sharpness()});
             }
             if (chance(0.3 * options.crease_share)) tags.corners.push_back({face[0], sharpness()});
         }

@@ -10,7 +10,8 @@
 namespace patchwright::test {
 
 inline mesh::Cage make_cage(const std::vector<geom::Vec3>& points,
-                            const std::vector<std::vector<int>>& faces, mesh::TopologyInput tags = {}) {
+                            const std::vector<std::vector<int>>& faces,
+                            mesh::TopologyInput tags = {}) {
     tags.vertex_count = static_cast<int>(points.size());
     for (const auto& face : faces) {
         tags.face_sizes.push_back(static_cast<int>(face.size()));
@@ -28,12 +29,14 @@ inline const std::vector<std::vector<int>> cube_faces{{0, 2, 3, 1}, {4, 5, 7, 6}
 inline mesh::Cage cube(double edge, mesh::TopologyInput tags = {}) {
     std::vector<geom::Vec3> points;
     for (int i = 0; i < 8; ++i) {
-        points.push_back(0.5 * edge * geom::Vec3(2 * (i & 1) - 1, 2 * (i >> 1 & 1) - 1, 2 * (i >> 2) - 1));
+        points.push_back(0.5 * edge *
+                         geom::Vec3(2 * (i & 1) - 1, 2 * (i >> 1 & 1) - 1, 2 * (i >> 2) - 1));
     }
     return make_cage(points, cube_faces, std::move(tags));
 }
 
-/// An open grid of nu x nv quads over [0, nu] x [0, nv] in the plane z = 0; vertex i * (nv + 1) + j.
+/// An open grid of nu x nv quads over [0, nu] x [0, nv] in the plane z = 0; vertex i * (nv + 1) +
+/// j.
 inline mesh::Cage grid(int nu, int nv, mesh::TopologyInput tags = {}) {
     std::vector<geom::Vec3> points;
     for (int i = 0; i <= nu; ++i) {
@@ -42,7 +45,8 @@ inline mesh::Cage grid(int nu, int nv, mesh::TopologyInput tags = {}) {
     std::vector<std::vector<int>> faces;
     const auto at = [&](int i, int j) { return i * (nv + 1) + j; };
     for (int i = 0; i < nu; ++i) {
-        for (int j = 0; j < nv; ++j) faces.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
+        for (int j = 0; j < nv; ++j)
+            faces.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
     }
     return make_cage(points, faces, std::move(tags));
 }

@@ -15,9 +15,7 @@ extern volatile std::sig_atomic_t interrupted;
 
 namespace {
 
-void on_interrupt(int) {
-    interrupted = 1;
-}
+void on_interrupt(int) { interrupted = 1; }
 
 int fail(int code, const std::string& text) {
     fmt::print(stderr, "patchwright: {}\n", text);

@@ -13,9 +13,9 @@ void set_thread_count(int threads);
 int thread_count();
 
 /// Calls `body(begin, end)` over consecutive chunks of [0, count) of `grain` items each (the last
-/// may be shorter), in any order and on any thread. Chunk limits depend on `count` and `grain` only,
-/// so a reduction that stores one value per chunk and adds them in chunk order is reproducible.
-/// An exception of any chunk is rethrown after all running chunks have ended.
+/// may be shorter), in any order and on any thread. Chunk limits depend on `count` and `grain`
+/// only, so a reduction that stores one value per chunk and adds them in chunk order is
+/// reproducible. An exception of any chunk is rethrown after all running chunks have ended.
 void parallel_for(std::size_t count, std::size_t grain,
                   const std::function<void(std::size_t, std::size_t)>& body);
 

@@ -21,8 +21,9 @@ class LinearOperator {
 };
 
 struct CglsOptions {
-    int max_iterations = 100;          ///< K
-    double relative_residual = 1e-10;  ///< stop at |A^T r| <= this * |A^T r| of the start, by column
+    int max_iterations = 100;  ///< K
+    double relative_residual =
+        1e-10;  ///< stop at |A^T r| <= this * |A^T r| of the start, by column
     base::Progress progress;
 };
 

@@ -1,4 +1,5 @@
-// Fits a cage to a reference surface: project the limit points, solve, refine until it is near enough.
+// Fits a cage to a reference surface: project the limit points, solve, refine until it is near
+// enough.
 #pragma once
 
 #include <patchwright/base/progress.h>
@@ -10,14 +11,18 @@
 namespace patchwright::fit {
 
 struct FitOptions {
-    double tolerance_mm = 0.1;    ///< largest allowed distance of limit points to the reference
-    int max_levels = 4;           ///< Catmull-Clark refinements at most
-    int max_vertices = 200000;    ///< no refinement beyond this many control points
-    int max_projections = 30;     ///< project-and-solve rounds on one level
-    int samples_per_edge = 4;     ///< a face has this squared, a crease edge this many samples; >= 2
+    double tolerance_mm = 0.1;  ///< largest allowed distance of limit points to the reference
+    int max_levels = 4;         ///< Catmull-Clark refinements at most
+    int max_vertices = 200000;  ///< no refinement beyond this many control points
+    /// Refining ends when a level leaves more than this share of the maximum of the one before:
+    /// what is left then is a feature that the cage lacks. Smooth regions gain a factor of four to
+    /// sixteen.
+    double least_gain = 0.6;
+    int max_projections = 30;  ///< project-and-solve rounds on one level
+    int samples_per_edge = 4;  ///< a face has this squared, a crease edge this many samples; >= 2
     int max_cgls_iterations = 60;
-    /// Features farther from a crease or corner than this fraction of the reference's diagonal are not
-    /// its own; the crease is then fitted like the surface.
+    /// Features farther from a crease or corner than this fraction of the reference's diagonal are
+    /// not its own; the crease is then fitted like the surface.
     double feature_reach_rel = 0.05;
     base::Progress progress;
 };
@@ -40,11 +45,12 @@ struct FitResult {
     std::vector<FitLevel> levels;
 };
 
-/// Moves the control points so that the limit surface lies on the reference: samples inside the faces go
-/// to their foot points (on the side their own normal faces), samples of infinitely sharp creases to
-/// the nearest sharp feature, of boundaries to the nearest free one, corners to the nearest feature
-/// corner. Crease and boundary control points are solved first, for their own curves, and then held.
-/// Pinned control points do not move. Missing the tolerance is an answer: see FitResult::met.
+/// Moves the control points so that the limit surface lies on the reference: samples inside the
+/// faces go to their foot points (on the side their own normal faces), samples of infinitely sharp
+/// creases to the nearest sharp feature, of boundaries to the nearest free one, corners to the
+/// nearest feature corner. Crease and boundary control points are solved first, for their own
+/// curves, and then held. Pinned control points do not move. Missing the tolerance is an answer:
+/// see FitResult::met.
 /// @throw InvalidArgument when an option is out of range
 /// @throw Cancelled when the progress callback says so
 FitResult fit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,

@@ -31,7 +31,9 @@ struct BsplineSurface {
 
     [[nodiscard]] Eigen::Index rows() const { return Eigen::Index(knots_u.size()) - 4; }
     [[nodiscard]] Eigen::Index columns() const { return Eigen::Index(knots_v.size()) - 4; }
-    [[nodiscard]] auto point(Eigen::Index i, Eigen::Index j) { return points.row(i * columns() + j); }
+    [[nodiscard]] auto point(Eigen::Index i, Eigen::Index j) {
+        return points.row(i * columns() + j);
+    }
     [[nodiscard]] auto point(Eigen::Index i, Eigen::Index j) const {
         return points.row(i * columns() + j);
     }

@@ -11,9 +11,10 @@ namespace patchwright::geom {
 /// Nearest point of a surface to a query point.
 struct FootPoint {
     Vec3 point = Vec3::Zero();
-    Vec3 normal = Vec3::Zero();  ///< unit, outward; zero where the surface has none (degenerate point)
-    double distance = 0.0;       ///< |query - point|, >= 0
-    int face = -1;               ///< face of the model the point lies on
+    Vec3 normal =
+        Vec3::Zero();       ///< unit, outward; zero where the surface has none (degenerate point)
+    double distance = 0.0;  ///< |query - point|, >= 0
+    int face = -1;          ///< face of the model the point lies on
 };
 
 /// Nearest point of a feature curve or corner.
@@ -37,8 +38,8 @@ class ReferenceSurface {
     [[nodiscard]] virtual Box3 bounds() const = 0;
 
     /// Nearest point of the (trimmed) surface. With `side` given, points whose normal n has
-    /// n . side > 0 are preferred over nearer ones that face away, as thin parts need; where no such
-    /// point is near, the answer is the plain nearest point.
+    /// n . side > 0 are preferred over nearer ones that face away, as thin parts need; where no
+    /// such point is near, the answer is the plain nearest point.
     /// @pre `side`, when given, is a unit vector
     [[nodiscard]] virtual FootPoint foot_point(
         const Vec3& query, const std::optional<Vec3>& side = std::nullopt) const = 0;

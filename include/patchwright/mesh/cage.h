@@ -17,17 +17,20 @@ struct Cage {
 /// A checked cage and what had to be done to its orientation.
 struct BuildResult {
     Cage cage;
-    int flipped_faces = 0;  ///< faces whose vertex order was reversed; their first vertex stays first
+    int flipped_faces =
+        0;  ///< faces whose vertex order was reversed; their first vertex stays first
 };
 
-/// Checks and connects. Neighbouring faces that disagree in orientation are turned to the majority's
-/// side; closed parts then face outward (positive volume).
+/// Checks and connects. Neighbouring faces that disagree in orientation are turned to the
+/// majority's side; closed parts then face outward (positive volume).
 /// @param source  put before every message, usually the file name
-/// @throw InputError naming the first offending element (numbers count from 0): a face with fewer than
+/// @throw InputError naming the first offending element (numbers count from 0): a face with fewer
+/// than
 ///        three or with repeated vertices, a duplicate face, an index out of range, a non-finite
-///        coordinate, an edge with more than two faces, a vertex whose faces form more than one fan,
-///        an inner vertex with two faces only, an unused vertex, a one-sided (Moebius) part, a tag on
-///        an edge or vertex that does not exist, a negative or non-finite-but-not-infinite sharpness
+///        coordinate, an edge with more than two faces, a vertex whose faces form more than one
+///        fan, an inner vertex with two faces only, an unused vertex, a one-sided (Moebius) part, a
+///        tag on an edge or vertex that does not exist, a negative or non-finite-but-not-infinite
+///        sharpness
 BuildResult build_cage(TopologyInput input, geom::Points points, std::string_view source = "cage");
 
 /// What a person wants to know about a cage before using it.

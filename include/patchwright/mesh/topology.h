@@ -75,7 +75,8 @@ class Topology {
     [[nodiscard]] CornerId previous(CornerId c) const;
     /// The opposite half-edge; not valid() on the boundary.
     [[nodiscard]] CornerId twin(CornerId c) const { return CornerId{corner_twin_[c.index()]}; }
-    /// The next half-edge that leaves the same vertex, counter-clockwise; not valid() at the boundary.
+    /// The next half-edge that leaves the same vertex, counter-clockwise; not valid() at the
+    /// boundary.
     [[nodiscard]] CornerId rotate(CornerId c) const { return twin(previous(c)); }
 
     /// A half-edge of the edge: the one with the lower corner number.
@@ -84,28 +85,36 @@ class Topology {
     [[nodiscard]] VertexId end(EdgeId e) const { return vertex(next(corner(e))); }
     [[nodiscard]] bool is_boundary(EdgeId e) const { return !twin(corner(e)).valid(); }
 
-    /// A half-edge that leaves the vertex; at a boundary the one from which rotate() meets all faces.
+    /// A half-edge that leaves the vertex; at a boundary the one from which rotate() meets all
+    /// faces.
     [[nodiscard]] CornerId corner(VertexId v) const { return CornerId{vertex_corner_[v.index()]}; }
     [[nodiscard]] bool is_boundary(VertexId v) const { return is_boundary(edge(corner(v))); }
     [[nodiscard]] int face_valence(VertexId v) const;
     /// Number of edges at the vertex.
-    [[nodiscard]] int valence(VertexId v) const { return face_valence(v) + (is_boundary(v) ? 1 : 0); }
+    [[nodiscard]] int valence(VertexId v) const {
+        return face_valence(v) + (is_boundary(v) ? 1 : 0);
+    }
 
     /// Sharpness as it acts: infinite on the boundary, else the tag's value.
     [[nodiscard]] double sharpness(EdgeId e) const {
         return is_boundary(e) ? infinite_sharpness : edge_sharpness_[e.index()];
     }
-    /// Sharpness as it acts: infinite at corners that the boundary rule makes, else the tag's value.
+    /// Sharpness as it acts: infinite at corners that the boundary rule makes, else the tag's
+    /// value.
     [[nodiscard]] double sharpness(VertexId v) const;
     [[nodiscard]] double tagged_sharpness(EdgeId e) const { return edge_sharpness_[e.index()]; }
     [[nodiscard]] double tagged_sharpness(VertexId v) const { return vertex_sharpness_[v.index()]; }
     [[nodiscard]] BoundaryRule boundary_rule() const { return boundary_rule_; }
 
     [[nodiscard]] bool is_pinned(VertexId v) const { return pinned_[v.index()] != 0; }
-    [[nodiscard]] int group(FaceId f) const { return face_group_.empty() ? -1 : face_group_[f.index()]; }
+    [[nodiscard]] int group(FaceId f) const {
+        return face_group_.empty() ? -1 : face_group_[f.index()];
+    }
     [[nodiscard]] const std::vector<std::string>& group_names() const { return group_names_; }
 
-    [[nodiscard]] bool all_quads() const { return corner_count() == 4 * face_count() && all_quads_; }
+    [[nodiscard]] bool all_quads() const {
+        return corner_count() == 4 * face_count() && all_quads_;
+    }
     [[nodiscard]] bool is_closed() const { return closed_; }
 
   private:

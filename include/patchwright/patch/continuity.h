@@ -9,7 +9,8 @@ namespace patchwright::patch {
 struct Continuity {
     double max_gap_mm = 0.0;  ///< largest distance between the two surfaces at one edge parameter
     geom::Vec3 gap_at = geom::Vec3::Zero();
-    double max_kink_rad = 0.0;  ///< largest angle between the normals over edges that are no creases
+    double max_kink_rad =
+        0.0;  ///< largest angle between the normals over edges that are no creases
     geom::Vec3 kink_at = geom::Vec3::Zero();
     int crease_edges = 0;  ///< edges recognised as creases
     int smooth_edges = 0;

@@ -31,8 +31,9 @@ struct Patch {
     std::string name;
 };
 
-/// Invariants: the curve of an edge lies on the side of each patch that uses it; an edge is used once
-/// (free) or twice, in opposite directions. Normals du x dv point outward where the cage's faces do.
+/// Invariants: the curve of an edge lies on the side of each patch that uses it; an edge is used
+/// once (free) or twice, in opposite directions. Normals du x dv point outward where the cage's
+/// faces do.
 struct PatchSet {
     geom::Points vertices;
     std::vector<PatchEdge> edges;

@@ -8,9 +8,9 @@
 
 namespace patchwright::subd {
 
-/// A point of the limit surface. A quad has one parameter square, (0,0) at its first vertex, u towards
-/// the second, v towards the fourth. Another polygon has one square a vertex ("sector", the children of
-/// one subdivision step): (0,0) at that vertex, (1,1) at the face's middle.
+/// A point of the limit surface. A quad has one parameter square, (0,0) at its first vertex, u
+/// towards the second, v towards the fourth. Another polygon has one square a vertex ("sector", the
+/// children of one subdivision step): (0,0) at that vertex, (1,1) at the face's middle.
 struct Location {
     mesh::FaceId face;
     double u = 0.5;

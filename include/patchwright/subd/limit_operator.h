@@ -33,7 +33,8 @@ class LimitOperator {
 
     /// rows() x 3 = M x.  @pre x is columns() x 3
     void apply(const geom::Points& x, geom::Points& y) const;
-    /// columns() x 3 = M^T y, the same to the last bit for any number of threads.  @pre y is rows() x 3
+    /// columns() x 3 = M^T y, the same to the last bit for any number of threads.  @pre y is rows()
+    /// x 3
     void apply_transposed(const geom::Points& y, geom::Points& x) const;
     /// Directions du x dv (not unit) at all samples; zero where the surface has no derivatives.
     [[nodiscard]] geom::Points normals(const geom::Points& x) const;
@@ -58,8 +59,8 @@ class LimitOperator {
     int columns_ = 0;
     std::vector<Template> templates_;
     std::vector<std::int32_t> site_template_;
-    std::vector<std::int32_t> site_rows_;     // sites + 1
-    std::vector<std::int64_t> slot_begin_;    // sites + 1
+    std::vector<std::int32_t> site_rows_;   // sites + 1
+    std::vector<std::int64_t> slot_begin_;  // sites + 1
     std::vector<std::int32_t> slot_vertices_;
     std::vector<Chunk> chunks_;
 };

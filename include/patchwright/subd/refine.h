@@ -8,10 +8,10 @@
 
 namespace patchwright::subd {
 
-/// Vertices of the fine mesh: one a coarse vertex, then one a coarse edge, then one a coarse face, each
-/// in coarse order. Faces: for each coarse face one a corner, in order. Child i of a quad keeps the
-/// parent's axes (its corner i is the parent's vertex i); child i of another polygon starts at the
-/// parent's vertex i.
+/// Vertices of the fine mesh: one a coarse vertex, then one a coarse edge, then one a coarse face,
+/// each in coarse order. Faces: for each coarse face one a corner, in order. Child i of a quad
+/// keeps the parent's axes (its corner i is the parent's vertex i); child i of another polygon
+/// starts at the parent's vertex i.
 struct Refinement {
     std::shared_ptr<const mesh::Topology> topology;
     Stencils stencils;  ///< fine vertices x coarse vertices; rows sum to 1
@@ -19,7 +19,8 @@ struct Refinement {
 
 /// Catmull-Clark with creases, corners, darts, boundaries and semi-sharp features.
 /// Source: Catmull, Clark (1978); DeRose, Kass, Truong, Subdivision Surfaces in Character Animation
-/// (1998), sections 3 and 4; blending at a vertex as in OpenSubdiv (mean of the sharpnesses that end).
+/// (1998), sections 3 and 4; blending at a vertex as in OpenSubdiv (mean of the sharpnesses that
+/// end).
 Refinement refine(const mesh::Topology& topology);
 
 /// @pre levels >= 0

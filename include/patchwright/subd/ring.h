@@ -4,7 +4,6 @@
 #include <patchwright/mesh/topology.h>
 
 #include <Eigen/Core>
-
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -17,15 +16,16 @@ namespace patchwright::subd {
 
 class RingKind;
 
-/// A face with all faces around its vertices: its kind and which vertex fills each of the kind's slots.
-/// The first slots are the face's own vertices in order; a vertex may fill several slots.
+/// A face with all faces around its vertices: its kind and which vertex fills each of the kind's
+/// slots. The first slots are the face's own vertices in order; a vertex may fill several slots.
 struct Ring {
     const RingKind* kind = nullptr;
     std::vector<std::int32_t> vertices;  ///< kind->slots() entries
 };
 
-/// Everything about a neighbourhood that does not depend on positions: sizes of the faces, valences,
-/// sharpnesses, boundary. Computed once a kind; a mesh of a million faces has a few dozen.
+/// Everything about a neighbourhood that does not depend on positions: sizes of the faces,
+/// valences, sharpnesses, boundary. Computed once a kind; a mesh of a million faces has a few
+/// dozen.
 class RingKind {
   public:
     struct Child {

@@ -1,0 +1,175 @@
+#include "occ/shapes.h"
+#include "support/cages.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/occ/assemble.h>
+#include <patchwright/occ/inspect.h>
+#include <patchwright/patch/extract.h>
+#include <patchwright/subd/limit_mask.h>
+#include <patchwright/subd/refine.h>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+
+using namespace patchwright;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// All edges of the cube infinitely sharp: the limit surface is the cube itself.
+mesh::Cage sharp_cube(double edge) {
+    mesh::TopologyInput tags;
+    for (const auto& face : test::cube_faces) {
+        for (std::size_t i = 0; i < 4; ++i) {
+            if (face[i] < face[(i + 1) % 4]) {
+                tags.creases.push_back({face[i], face[(i + 1) % 4], mesh::infinite_sharpness});
+            }
+        }
+    }
+    return test::cube(edge, tags);
+}
+
+patch::PatchSet patches_of(const mesh::Cage& cage) { return patch::extract(cage).patches; }
+
+}  // namespace
+
+TEST_CASE("a sharp cube becomes a valid solid of exact volume and area", "[occ][oracle]") {
+    const occ::Inspection i = occ::inspect(occ::assemble(patches_of(sharp_cube(2.0))));
+    CHECK(i.solids == 1);
+    CHECK(i.faces == 6);
+    CHECK(i.edges == 12);
+    CHECK(i.vertices == 8);
+    CHECK(i.closed);
+    CHECK(i.valid);
+    CHECK(i.all_bicubic);
+    CHECK(i.volume_mm3 == Approx(8.0).epsilon(1e-12));
+    CHECK(i.area_mm2 == Approx(24.0).epsilon(1e-12));
+    CHECK(i.max_tolerance_mm <= 1e-7);
+    CHECK((i.bounds.max - geom::Vec3(1, 1, 1)).norm() < 1e-9);
+}
+
+TEST_CASE("inside-out patches still make a solid of positive volume", "[occ]") {
+    mesh::Cage cage = sharp_cube(2.0);
+    cage.points.col(0) *= -1.0;  // mirrored: all faces look inward now
+    const occ::Inspection i = occ::inspect(occ::assemble(patches_of(cage)));
+    CHECK(i.volume_mm3 == Approx(8.0));
+    CHECK(i.valid);
+}
+
+TEST_CASE("open patch sets become shells, several parts a compound", "[occ]") {
+    const occ::Inspection open = occ::inspect(occ::assemble(patches_of(test::grid(3, 2))));
+    CHECK(open.solids == 0);
+    CHECK(open.shells_open == 1);
+    CHECK(open.free_edges == 10);
+    CHECK(open.valid);
+
+    patch::PatchSet two = patches_of(sharp_cube(2.0));
+    const patch::PatchSet other = patches_of(test::torus(6, 6, 9, 2));
+    const auto vertices = int(two.vertices.rows());
+    const auto edges = int(two.edges.size());
+    geom::Points all(two.vertices.rows() + other.vertices.rows(), 3);
+    all << two.vertices, other.vertices;
+    two.vertices = all;
+    for (patch::PatchEdge e : other.edges) {
+        e.start += vertices;
+        e.end += vertices;
+        two.edges.push_back(e);
+    }
+    for (patch::Patch p : other.patches) {
+        for (auto& side : p.sides) side[0].edge += edges;
+        two.patches.push_back(p);
+    }
+    const occ::Inspection both = occ::inspect(occ::assemble(two));
+    CHECK(both.solids == 2);
+    CHECK(both.closed);
+    CHECK(both.valid);
+}
+
+TEST_CASE("a side may consist of several edges", "[occ]") {
+    // Two squares above one wide rectangle: the rectangle's upper side has a vertex in its middle.
+    const auto line = [](const geom::Vec3& a, const geom::Vec3& b, double length) {
+        geom::BsplineCurve curve{{0, 0, 0, 0, length, length, length, length}, geom::Points(4, 3)};
+        for (int i = 0; i < 4; ++i) curve.points.row(i) = (a + (b - a) * i / 3.0).transpose();
+        return curve;
+    };
+    const auto rectangle = [](double x0, double x1, double y0, double y1) {
+        const double w = x1 - x0;
+        geom::BsplineSurface s{
+            {0, 0, 0, 0, w, w, w, w}, {0, 0, 0, 0, 1, 1, 1, 1}, geom::Points(16, 3)};
+        for (int i = 0; i < 4; ++i) {
+            for (int j = 0; j < 4; ++j)
+                s.point(i, j) << x0 + w * i / 3.0, y0 + (y1 - y0) * j / 3.0, 0.0;
+        }
+        return s;
+    };
+    patch::PatchSet set;
+    set.vertices.resize(8, 3);
+    set.vertices << 0, 0, 0, 2, 0, 0, 2, 1, 0, 1, 1, 0, 0, 1, 0, 2, 2, 0, 1, 2, 0, 0, 2, 0;
+    const auto edge = [&](int a, int b, double length) {
+        set.edges.push_back(
+            {a, b, line(set.vertices.row(a).transpose(), set.vertices.row(b).transpose(), length),
+             false});
+        return int(set.edges.size()) - 1;
+    };
+    const int bottom = edge(0, 1, 2), right = edge(1, 2, 1), top_right = edge(2, 3, 1);
+    const int top_left = edge(3, 4, 1), left = edge(4, 0, 1), r2 = edge(2, 5, 1),
+              t2 = edge(5, 6, 1);
+    const int middle = edge(6, 3, 1), t3 = edge(6, 7, 1), l3 = edge(7, 4, 1);
+    set.patches.push_back({rectangle(0, 2, 0, 1),
+                           {{{{bottom, false}},
+                             {{right, false}},
+                             {{top_right, false}, {top_left, false}},
+                             {{left, false}}}},
+                           "wide"});
+    set.patches.push_back({rectangle(1, 2, 1, 2),
+                           {{{{top_right, true}}, {{r2, false}}, {{t2, false}}, {{middle, false}}}},
+                           "right"});
+    set.patches.push_back({rectangle(0, 1, 1, 2),
+                           {{{{top_left, true}}, {{middle, true}}, {{t3, false}}, {{l3, false}}}},
+                           "left"});
+    const occ::CadModel model = occ::assemble(set);
+    const occ::Inspection i = occ::inspect(model);
+    CHECK(i.valid);
+    CHECK(i.free_edges == 7);
+    CHECK(i.edges == 10);
+    CHECK(i.area_mm2 == Approx(4.0));
+    CHECK(i.all_bicubic);
+    CHECK(occ::measure_continuity(model, geom::Points(0, 3)).max_gap_mm < 1e-12);
+
+    std::swap(set.patches[0].sides[2][0], set.patches[0].sides[2][1]);
+    set.patches[0].sides[2].pop_back();
+    CHECK_THROWS_WITH(occ::assemble(set), Contains("side 2"));
+}
+
+TEST_CASE("what is no manifold is refused with edge and patches", "[occ][errors]") {
+    const patch::PatchSet good = patches_of(sharp_cube(2.0));
+    patch::PatchSet bad = good;
+    bad.patches.push_back(bad.patches[0]);
+    CHECK_THROWS_WITH(occ::assemble(bad), Contains("more than two patches (0"));
+    bad = good;
+    bad.patches[0].sides[0][0].reversed = !bad.patches[0].sides[0][0].reversed;
+    CHECK_THROWS_WITH(occ::assemble(bad), Contains("runs the same way"));
+    bad = good;
+    bad.patches[0].sides[0][0].edge = 99;
+    CHECK_THROWS_WITH(occ::assemble(bad), Contains("edge 99"));
+    CHECK_THROWS_AS(occ::assemble(patch::PatchSet{}), base::InvalidArgument);
+}
+
+TEST_CASE("random closed and open cages become valid shapes without gaps", "[occ]") {
+    for (unsigned seed = 0; seed < 16; ++seed) {
+        CAPTURE(seed);
+        const mesh::Cage cage =
+            test::random_cage(seed, {.open = seed % 2 == 1, .crease_share = 0.1 * (seed % 4)});
+        const auto extraction = patch::extract(cage);
+        const occ::CadModel model = occ::assemble(extraction.patches);
+        const occ::Inspection i = occ::inspect(model);
+        CHECK(i.valid);
+        CHECK(i.closed == cage.topology->is_closed());
+        CHECK(i.nonmanifold_edges == 0);
+        const auto creases = patch::crease_midpoints(extraction.patches);
+        const patch::Continuity c = occ::measure_continuity(model, creases);
+        CHECK(c.max_gap_mm < 1e-9 * i.bounds.diagonal());
+        CHECK(c.crease_edges == creases.rows());
+    }
+}

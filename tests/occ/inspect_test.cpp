@@ -1,0 +1,66 @@
+#include "occ/shapes.h"
+
+#include <patchwright/occ/inspect.h>
+
+#include <BRepBuilderAPI_MakeFace.hxx>
+#include <BRepPrimAPI_MakeSphere.hxx>
+#include <catch2/catch.hpp>
+
+using namespace patchwright;
+
+TEST_CASE("solids are measured", "[occ][oracle]") {
+    const occ::Inspection box =
+        occ::inspect(test::model_of(BRepPrimAPI_MakeBox(gp_Pnt(1, 2, 3), 2.0, 3.0, 4.0).Shape()));
+    CHECK(box.solids == 1);
+    CHECK(box.faces_by_kind == std::map<std::string, int>{{"plane", 6}});
+    CHECK(box.edges == 12);
+    CHECK(box.vertices == 8);
+    CHECK(box.volume_mm3 == Approx(24.0));
+    CHECK(box.area_mm2 == Approx(52.0));
+    CHECK((box.bounds.min - geom::Vec3(1, 2, 3)).norm() < 1e-9);
+    CHECK(box.closed);
+    CHECK(box.valid);
+    CHECK_FALSE(box.all_bicubic);
+
+    const occ::Inspection sphere =
+        occ::inspect(test::model_of(BRepPrimAPI_MakeSphere(3.0).Shape()));
+    CHECK(sphere.volume_mm3 == Approx(36.0 * M_PI));
+    CHECK(sphere.closed);  // its seam is used twice by the one face
+}
+
+TEST_CASE("free and non-manifold edges are counted", "[occ]") {
+    const TopoDS_Shape box = BRepPrimAPI_MakeBox(1.0, 1.0, 1.0).Shape();
+    TopoDS_Compound faces;
+    const BRep_Builder builder;
+    builder.MakeCompound(faces);
+    int n = 0;
+    for (TopExp_Explorer it(box, TopAbs_FACE); it.More(); it.Next()) {
+        if (n++ < 5) builder.Add(faces, it.Current());
+    }
+    const occ::Inspection open = occ::inspect(test::model_of(faces));
+    CHECK(open.free_edges == 4);
+    CHECK_FALSE(open.closed);
+    CHECK(open.volume_mm3 == 0.0);
+}
+
+TEST_CASE("kinks and creases of known angle are told apart", "[occ][oracle]") {
+    const occ::CadModel box = test::model_of(BRepPrimAPI_MakeBox(2.0, 2.0, 2.0).Shape());
+    const patch::Continuity all = occ::measure_continuity(box, geom::Points(0, 3));
+    CHECK(all.max_kink_rad == Approx(M_PI / 2));
+    CHECK(all.smooth_edges == 12);
+    CHECK(all.max_gap_mm < 1e-12);
+
+    geom::Points creases(1, 3);
+    creases << 1, 0, 0;  // the middle of one edge
+    const patch::Continuity one = occ::measure_continuity(box, creases);
+    CHECK(one.crease_edges == 1);
+    CHECK(one.smooth_edges == 11);
+    CHECK_THROWS(occ::measure_continuity(box, creases, 1));
+}
+
+TEST_CASE("a cylinder meets its own seam without a kink", "[occ][oracle]") {
+    const occ::CadModel cylinder = test::model_of(BRepPrimAPI_MakeCylinder(1.0, 3.0).Shape());
+    const patch::Continuity c = occ::measure_continuity(cylinder, geom::Points(0, 3));
+    CHECK(c.max_kink_rad == Approx(M_PI / 2));  // at the ends
+    CHECK(c.smooth_edges == 3);
+}
