@@ -272,6 +272,34 @@ BuildResult build_cage(TopologyInput input, geom::Points points, std::string_vie
     return result;
 }
 
+bool is_extraordinary(const Topology& topology, VertexId v) {
+    // Faces between one infinitely sharp edge and the next, counter-clockwise from the first
+    // half-edge.
+    std::vector<int> sectors{0};
+    const CornerId first = topology.corner(v);
+    const auto sharp = [&](CornerId c) { return std::isinf(topology.sharpness(topology.edge(c))); };
+    CornerId c = first;
+    do {
+        if (sharp(c) && c != first) sectors.push_back(0);
+        ++sectors.back();
+        c = topology.rotate(c);
+    } while (c.valid() && c != first);
+    const bool boundary = topology.is_boundary(v);
+    if (!boundary && !sharp(first) && sectors.size() > 1) {
+        sectors.front() += sectors.back();  // the last sector goes on in the first
+        sectors.pop_back();
+    }
+    const std::size_t sharp_edges = boundary             ? sectors.size() + 1
+                                    : sharp(first)       ? sectors.size()
+                                    : sectors.size() > 1 ? sectors.size()
+                                                         : 0;
+    const bool dart = !boundary && sharp_edges == 1;
+    const bool corner = std::isinf(topology.sharpness(v)) || sharp_edges > 2;
+    if (sharp_edges == 0) return corner || sectors[0] != 4;
+    const int regular = corner ? 1 : 2;
+    return dart || std::any_of(sectors.begin(), sectors.end(), [&](int n) { return n != regular; });
+}
+
 CageSummary summarise(const Topology& topology) {
     CageSummary summary;
     summary.vertices = topology.vertex_count();
@@ -284,16 +312,10 @@ CageSummary summarise(const Topology& topology) {
             ++summary.creases;
         }
     }
-    std::vector<char> sharp(std::size_t(topology.vertex_count()), 0);
-    for (const EdgeId e : topology.edges()) {
-        if (topology.sharpness(e) > 0.0) {
-            sharp[topology.start(e).index()] = sharp[topology.end(e).index()] = 1;
-        }
-    }
     for (const VertexId v : topology.vertices()) {
         summary.corners += topology.tagged_sharpness(v) > 0.0 ? 1 : 0;
         summary.pins += topology.is_pinned(v) ? 1 : 0;
-        if (sharp[v.index()] == 0 && topology.valence(v) != 4) ++summary.extraordinary;
+        summary.extraordinary += is_extraordinary(topology, v) ? 1 : 0;
     }
     return summary;
 }

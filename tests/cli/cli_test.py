@@ -1,6 +1,7 @@
 """The command line as a user meets it: exit codes, one-line errors, reports, files left alone.
 
-Usage: cli_test.py PATCHWRIGHT SAMPLES_DIR [unittest arguments]
+Usage: cli_test.py PATCHWRIGHT SAMPLES_DIR CAD_DIR [unittest arguments]
+CAD_DIR holds real files; tests that want one are skipped when it is absent.
 """
 import json
 import math
@@ -16,6 +17,7 @@ import unittest
 
 PATCHWRIGHT = sys.argv[1]
 SAMPLES = pathlib.Path(sys.argv[2])
+REAL = pathlib.Path(sys.argv[3])
 WING = SAMPLES / "wing"
 
 
@@ -227,5 +229,25 @@ class Demo(CliTest):
         self.assertIn("Deviation", self.path("wing.html").read_text())
 
 
+class RealFiles(CliTest):
+    def file(self, name):
+        if not (REAL / name).exists():
+            self.skipTest(f"{name} is not in {REAL}")
+        return REAL / name
+
+    def test_an_airliners_half_wing_becomes_one_closed_solid(self):
+        file = self.path("wing.json")
+        result = run("convert", self.file("tigl_d150_wing.igs"), "--cage", SAMPLES / "d150_wing" / "cage.obj",
+                     "-o", self.path("wing.step"), "--json", file, "--tolerance", "1e-3rel")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        report = json.loads(file.read_text())
+        self.assertEqual(report["solid"]["solids"], 1)
+        self.assertTrue(report["solid"]["closed"] and report["solid"]["valid"] and report["solid"]["all_bicubic"])
+        self.assertLess(report["continuity"]["max_gap"], 1e-9 * report["input"]["diagonal"])
+
+    def test_a_file_from_which_the_kernel_transfers_nothing_is_refused(self):
+        self.check_refused(["inspect", self.file("c172_wing_pyspline.igs")], 2, "c172_wing_pyspline.igs", "no faces")
+
+
 if __name__ == "__main__":
-    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
+    unittest.main(argv=[sys.argv[0], *sys.argv[4:]])

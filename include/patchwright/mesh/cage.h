@@ -33,12 +33,17 @@ struct BuildResult {
 ///        sharpness
 BuildResult build_cage(TopologyInput input, geom::Points points, std::string_view source = "cage");
 
+/// Whether the limit surface around the vertex is not that of a regular grid: smooth inside with
+/// other than four faces, or with other than two faces (one at corners) between neighbouring
+/// infinitely sharp edges, or the end of a single one.
+bool is_extraordinary(const Topology& topology, VertexId v);
+
 /// What a person wants to know about a cage before using it.
 struct CageSummary {
     int vertices = 0;
     int faces = 0;
     int non_quads = 0;
-    int extraordinary = 0;  ///< inner smooth vertices of valence other than 4
+    int extraordinary = 0;  ///< see is_extraordinary()
     int creases = 0;        ///< edges with a sharpness tag, boundary not counted
     int corners = 0;        ///< vertices with a sharpness tag
     int boundary_edges = 0;
