@@ -20,10 +20,6 @@ using mesh::FaceId;
 using mesh::Topology;
 using subd::RingKind;
 
-/// Where quad corner i lies in the parameter square: at the end of u, of v.
-constexpr bool at_end_u[4] = {false, true, true, false};
-constexpr bool at_end_v[4] = {false, false, true, true};
-
 /// The one corner around which the face is not regular after any number of steps.
 enum class FaceShape { Regular, OneCorner, Other };
 
@@ -111,14 +107,14 @@ class PatchBuilder {
     }
 
     geom::BsplineSurface with_cap(int corner, int depth) const {
-        const bool flip_a = at_end_u[corner];
-        const bool flip_b = at_end_v[corner];
+        const bool flip_a = subd::at_end_u(corner);
+        const bool flip_b = subd::at_end_v(corner);
         const std::vector<double> knots = graded_knots(depth);
         geom::BsplineSurface surface{flip_a ? mirrored(knots) : knots,
                                      flip_b ? mirrored(knots) : knots,
                                      Points((depth + 4) * (depth + 4), 3)};
         const auto pieces = collect_pieces(corner, depth);
-        const Eigen::RowVector3d limit = kind_.corner_limit(corner) * local_;
+        const Eigen::RowVector3d limit = kind_.corner(corner).limit * local_;
         const int last = depth + 3;
         for (int i = 0; i <= last; ++i) {
             for (int j = 0; j <= last; ++j) {
@@ -172,10 +168,10 @@ class PatchBuilder {
                 if (i == corner) continue;
                 const RingKind::Child& child = kind->child(i);
                 const Piece grid = child.kind->regular() * (child.matrix * local);
-                const int a0 = at_end_u[i] != at_end_u[corner] ? 1 : 0;
-                const int b0 = at_end_v[i] != at_end_v[corner] ? 1 : 0;
+                const int a0 = subd::at_end_u(i) != subd::at_end_u(corner) ? 1 : 0;
+                const int b0 = subd::at_end_v(i) != subd::at_end_v(corner) ? 1 : 0;
                 level[std::size_t(2 * a0 + b0)] =
-                    oriented_piece(grid, at_end_u[corner], at_end_v[corner]);
+                    oriented_piece(grid, subd::at_end_u(corner), subd::at_end_v(corner));
             }
             const RingKind::Child& inner = kind->child(corner);
             local = (inner.matrix * local).eval();

@@ -33,10 +33,10 @@ LimitOperator::LimitOperator(const mesh::Topology& topology, std::vector<Paramet
                 part->resize(Eigen::Index(set.size()), ring.kind->slots());
             }
             for (std::size_t k = 0; k < set.size(); ++k) {
-                const RingMask mask = ring_mask(*ring.kind, set[k].x(), set[k].y(), site.sector);
-                t.position.row(Eigen::Index(k)) = mask.position;
-                t.du.row(Eigen::Index(k)) = mask.du;
-                t.dv.row(Eigen::Index(k)) = mask.dv;
+                const RingMask mask = ring_mask(*ring.kind, set[k].x(), set[k].y(), site.sector, 1);
+                t.position.row(Eigen::Index(k)) = mask.rows.row(0);
+                t.du.row(Eigen::Index(k)) = mask.rows.row(1);
+                t.dv.row(Eigen::Index(k)) = mask.rows.row(2);
             }
             templates_.push_back(std::move(t));
         }

@@ -1,7 +1,9 @@
+#include "subd/corner_spectrum.h"
+
+#include <patchwright/subd/limit_mask.h>
 #include <patchwright/subd/refine.h>
 #include <patchwright/subd/ring.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -283,15 +285,6 @@ Eigen::MatrixXd regular_matrix(const Topology& t) {
     return grid;
 }
 
-/// The left eigenvector of eigenvalue 1 of a subdivision matrix, scaled to sum 1.
-Eigen::RowVectorXd limit_row(const Eigen::MatrixXd& matrix) {
-    const Eigen::Index n = matrix.rows();
-    Eigen::MatrixXd system(n + 1, n);
-    system.topRows(n) = matrix.transpose() - Eigen::MatrixXd::Identity(n, n);
-    system.row(n).setOnes();
-    return system.colPivHouseholderQr().solve(Eigen::VectorXd::Unit(n + 1, n)).transpose();
-}
-
 }  // namespace
 
 RingKind::RingKind(RingTable& table, std::shared_ptr<const Topology> local)
@@ -319,18 +312,44 @@ const RingKind::Child& RingKind::child(int i) const {
     return children_[std::size_t(i)];
 }
 
-const Eigen::RowVectorXd& RingKind::corner_limit(int i) const {
+const RingKind::Corner& RingKind::corner(int i) const {
     const std::lock_guard lock(table_.mutex_);
-    if (corner_limits_.empty()) corner_limits_.resize(std::size_t(size()));
-    Eigen::RowVectorXd& row = corner_limits_[std::size_t(i)];
-    if (row.size() == 0) {
-        const Child& next = child(i);
-        // Children of other polygons than quads start at the parent's vertex.
-        const int corner = size() == 4 ? i : 0;
-        row = next.kind == this ? limit_row(next.matrix)
-                                : next.kind->corner_limit(corner) * next.matrix;
+    if (corners_.empty()) corners_.resize(std::size_t(size()));
+    Corner& corner = corners_[std::size_t(i)];
+    if (corner.limit.size() > 0) return corner;
+    const Child& next = child(i);
+    // Children of other polygons than quads start at the parent's vertex.
+    const int same = size() == 4 ? i : 0;
+    if (next.kind != this) {
+        const Corner& fine = next.kind->corner(same);
+        corner.tangents = fine.tangents * next.matrix;
+        corner.eigenvalue = fine.eigenvalue;
+        corner.limit = fine.limit * next.matrix;
+        return corner;
     }
-    return row;
+    const Eigen::RowVectorXd limit = limit_row(next.matrix);
+    constexpr double other_end_u[] = {1, 0, 0, 1}, other_end_v[] = {1, 1, 0, 0};
+    const double u = at_end_u(i) ? 1 : 0, v = at_end_v(i) ? 1 : 0;
+    // Directions from the corner along its two sides; those that leave against u or v are turned.
+    Eigen::RowVectorXd along_u = ring_mask(*this, other_end_u[i], v).position() - limit;
+    Eigen::RowVectorXd along_v = ring_mask(*this, u, other_end_v[i]).position() - limit;
+    if (at_end_u(i)) along_u = -along_u;
+    if (at_end_v(i)) along_v = -along_v;
+    TangentRows tangents = tangent_rows(next.matrix, along_u, along_v);
+    corner.tangents =
+        tangents.rows.size() > 0 ? std::move(tangents.rows) : Eigen::MatrixXd::Zero(2, slots());
+    corner.eigenvalue = tangents.eigenvalue;
+    corner.limit = limit;
+    return corner;
+}
+
+const Eigen::MatrixXd& RingKind::corner_power(int i, int exponent) const {
+    const std::lock_guard lock(table_.mutex_);
+    if (powers_.empty()) powers_.resize(std::size_t(size()));
+    auto& powers = powers_[std::size_t(i)];
+    if (powers.empty()) powers.push_back(child(i).matrix);
+    while (powers.size() <= std::size_t(exponent)) powers.push_back(powers.back() * powers.back());
+    return powers[std::size_t(exponent)];
 }
 
 RingTable::RingTable() = default;

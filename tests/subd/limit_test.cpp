@@ -120,10 +120,10 @@ TEST_CASE("limit points agree where faces meet", "[subd]") {
 TEST_CASE("a point that is not on the mesh is refused", "[subd][errors]") {
     const mesh::Cage cage = test::cube(1.0);
     const subd::LimitEvaluator evaluator(cage.topology);
-    CHECK_THROWS_AS(evaluator.position_mask({FaceId{6}, 0, 0}), base::InvalidArgument);
-    CHECK_THROWS_AS(evaluator.position_mask({FaceId{0}, 1.1, 0}), base::InvalidArgument);
-    CHECK_THROWS_AS(evaluator.position_mask({FaceId{0}, 0, NAN}), base::InvalidArgument);
-    CHECK_THROWS_AS(evaluator.position_mask({FaceId{0}, 0, 0, 1}), base::InvalidArgument);
+    CHECK_THROWS_AS(evaluator.mask({FaceId{6}, 0, 0}), base::InvalidArgument);
+    CHECK_THROWS_AS(evaluator.mask({FaceId{0}, 1.1, 0}), base::InvalidArgument);
+    CHECK_THROWS_AS(evaluator.mask({FaceId{0}, 0, NAN}), base::InvalidArgument);
+    CHECK_THROWS_AS(evaluator.mask({FaceId{0}, 0, 0, 1}), base::InvalidArgument);
 }
 
 namespace {

@@ -18,31 +18,56 @@ struct Location {
     int sector = 0;  ///< 0 for quads
 };
 
-/// Coefficients over a ring's slots: 1 x slots each.
+/// What exists at a point of the limit surface.
+enum class Smoothness {
+    Derivatives,   ///< first and second derivatives
+    TangentPlane,  ///< extraordinary vertex: directions that span the tangent plane (of this face's
+                   ///< side at a crease or corner), up to positive factors along u and v
+    Position       ///< not even those
+};
+
+/// Coefficients over a ring's slots.
 struct RingMask {
-    Eigen::RowVectorXd position;
-    /// Derivatives along u and v; all zero where they do not exist (extraordinary points).
-    Eigen::RowVectorXd du, dv;
+    /// Position, d/du, d/dv, d2/du2, d2/dudv, d2/dv2: as many as asked for (1, 3 or 6) x slots.
+    /// Rows of what does not exist are zero; with TangentPlane rows 1 and 2 are its directions.
+    Eigen::MatrixXd rows;
+    Smoothness smoothness = Smoothness::Derivatives;
+
+    [[nodiscard]] auto position() const { return rows.row(0); }
 };
 
+/// @param order  of the highest derivatives: 0, 1 or 2
 /// @pre 0 <= u, v <= 1; `kind` is a quad's, or sector is below its size
-/// Source: Stam (1998) in the form of repeated subdivision towards (u, v), then the bicubic basis.
-RingMask ring_mask(const RingKind& kind, double u, double v, int sector = 0);
+/// Source: Stam (1998) with powers of the subdivision matrix by repeated squaring in place of its
+/// eigenvectors, then the bicubic basis.
+RingMask ring_mask(const RingKind& kind, double u, double v, int sector = 0, int order = 0);
 
-/// Coefficients over the vertices of a mesh; indices may repeat.
+/// Coefficients over the vertices of a mesh.
 struct Mask {
-    std::vector<std::int32_t> vertices;
-    std::vector<double> weights;  ///< sum 1
+    std::vector<std::int32_t> vertices;  ///< each once, rising
+    Eigen::MatrixXd rows;                ///< as in RingMask, over `vertices`; sums 1, 0, 0, ...
+    Smoothness smoothness = Smoothness::Derivatives;
 };
 
-/// Evaluates masks of one topology. Thread-safe.
+/// A point of the limit surface.
+struct LimitPoint {
+    geom::Vec3 position;
+    geom::Vec3 du, dv;         ///< directions only where smoothness is TangentPlane; else see there
+    geom::Vec3 duu, duv, dvv;  ///< zero unless smoothness is Derivatives
+    geom::Vec3 normal;         ///< unit, along du x dv; zero where that vanishes
+    Smoothness smoothness;
+};
+
+/// Evaluates masks and points of one topology. Thread-safe.
 class LimitEvaluator {
   public:
     explicit LimitEvaluator(std::shared_ptr<const mesh::Topology> topology);
 
+    /// @param order  of the highest derivatives: 0, 1 or 2
     /// @throw InvalidArgument when the location is not on the mesh
-    [[nodiscard]] Mask position_mask(const Location& at) const;
+    [[nodiscard]] Mask mask(const Location& at, int order = 0) const;
     [[nodiscard]] geom::Vec3 position(const geom::Points& points, const Location& at) const;
+    [[nodiscard]] LimitPoint evaluate(const geom::Points& points, const Location& at) const;
 
   private:
     std::shared_ptr<const mesh::Topology> topology_;

@@ -36,7 +36,7 @@ class LimitOperator {
     /// columns() x 3 = M^T y, the same to the last bit for any number of threads.  @pre y is rows()
     /// x 3
     void apply_transposed(const geom::Points& y, geom::Points& x) const;
-    /// Directions du x dv (not unit) at all samples; zero where the surface has no derivatives.
+    /// Directions du x dv (not unit) at all samples; zero where there is no tangent plane.
     [[nodiscard]] geom::Points normals(const geom::Points& x) const;
 
     [[nodiscard]] int template_count() const { return static_cast<int>(templates_.size()); }

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -47,8 +48,21 @@ class RingKind {
     /// The neighbourhood of child `i` after one subdivision step (see Refinement for the order).
     [[nodiscard]] const Child& child(int i) const;
 
-    /// Coefficients of the limit position of the face's own vertex `i`: 1 x slots().
-    [[nodiscard]] const Eigen::RowVectorXd& corner_limit(int i) const;
+    /// Masks at one of the face's own vertices, as seen from the face.
+    struct Corner {
+        Eigen::RowVectorXd limit;  ///< of the position: 1 x slots
+        /// Of two directions that span the tangent plane, along the face's u and v up to positive
+        /// factors: 2 x slots; zero where there is no tangent plane.
+        Eigen::MatrixXd tangents;
+        double eigenvalue = 0.0;  ///< subdominant, of the direction along u; 0 without tangents
+    };
+    [[nodiscard]] const Corner& corner(int i) const;
+
+    /// Whether child `i` is of this very kind again: an extraordinary vertex that stays.
+    [[nodiscard]] bool is_stationary(int i) const { return child(i).kind == this; }
+    /// child(i).matrix to the power 2^exponent.
+    /// @pre is_stationary(i)
+    [[nodiscard]] const Eigen::MatrixXd& corner_power(int i, int exponent) const;
 
     /// The neighbourhood as a mesh of its own; the face is number 0, slots are vertices. Tags are
     /// complete for the edges and vertices that act on the face only.
@@ -62,8 +76,14 @@ class RingKind {
     std::shared_ptr<const mesh::Topology> local_;
     Eigen::MatrixXd regular_;
     mutable std::vector<Child> children_;
-    mutable std::vector<Eigen::RowVectorXd> corner_limits_;
+    mutable std::vector<Corner> corners_;
+    // Deques, as references to their entries must last.
+    mutable std::vector<std::deque<Eigen::MatrixXd>> powers_;
 };
+
+/// Where corner i of a quad lies in the parameter square.
+constexpr bool at_end_u(int i) { return i == 1 || i == 2; }
+constexpr bool at_end_v(int i) { return i >= 2; }
 
 /// All kinds met so far. Thread-safe; kinds live as long as their table.
 class RingTable {
