@@ -88,8 +88,9 @@ RingMask ring_mask(const RingKind& kind, double u, double v, int sector, int ord
             RingMask mask =
                 ring_mask(kind, square(away_u, at_end_u(i)), square(away_v, at_end_v(i)), 0, order);
             for (int bit = 0; levels >> bit != 0; ++bit) {
-                if ((levels >> bit & 1) != 0) mask.rows *= kind.corner_power(i, bit);
+                if ((levels >> bit & 1) != 0) mask.rows *= kind.contraction_power(i, bit);
             }
+            mask.rows.row(0) += kind.corner(i).limit;
             scale_derivatives(mask.rows, levels);
             return mask;
         }

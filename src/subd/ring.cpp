@@ -343,12 +343,21 @@ const RingKind::Corner& RingKind::corner(int i) const {
     return corner;
 }
 
-const Eigen::MatrixXd& RingKind::corner_power(int i, int exponent) const {
+const Eigen::MatrixXd& RingKind::contraction_power(int i, int exponent) const {
     const std::lock_guard lock(table_.mutex_);
     if (powers_.empty()) powers_.resize(std::size_t(size()));
     auto& powers = powers_[std::size_t(i)];
-    if (powers.empty()) powers.push_back(child(i).matrix);
-    while (powers.size() <= std::size_t(exponent)) powers.push_back(powers.back() * powers.back());
+    if (powers.empty()) {
+        Eigen::MatrixXd contraction = child(i).matrix.rowwise() - corner(i).limit;
+        // Its rows sum to the rounding of those of the matrix; that part must not stay either.
+        contraction -= contraction.rowwise().sum() * corner(i).limit;
+        powers.push_back(std::move(contraction));
+    }
+    while (powers.size() <= std::size_t(exponent)) {
+        Eigen::MatrixXd square = powers.back() * powers.back();
+        square -= square.rowwise().sum() * corner(i).limit;
+        powers.push_back(std::move(square));
+    }
     return powers[std::size_t(exponent)];
 }
 

@@ -192,6 +192,22 @@ class Results(CliTest):
         self.assertTrue(report["fit"]["met"])
         self.report("export", fitted, "-o", self.path("fitted.step"))
 
+    def test_eval_prints_points_and_masks(self):
+        result = run("eval", SAMPLES / "cages" / "cube.obj", "--at", "0,0,0", "0,0.25,1e-9", "--json", "-")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        corner, point = json.loads(result.stdout)
+        # Valence 3: (9 v + 4 sum(e) + sum(f)) / 24 is half the corner of a cube around the origin.
+        self.assertEqual(corner["exists"], "tangent plane only")
+        self.assertNotIn("duu", corner)
+        self.assertAlmostEqual(max(corner["mask"]["position"]), 9 / 24)
+        self.assertEqual({round(abs(x), 9) for x in corner["position"]}, {25.0})
+        self.assertAlmostEqual(sum(point["mask"]["position"]), 1.0)
+        self.assertAlmostEqual(sum(point["mask"]["duv"]), 0.0)
+        text = run("eval", SAMPLES / "cages" / "cube.obj", "--at", "0,0.5,0.5").stdout
+        self.assertIn("normal", text)
+        for place in ("0,0", "a,0,0", "6,0,0", "0,2,0", "0,0,0,1", "0.5,0,0"):
+            self.check_error(run("eval", SAMPLES / "cages" / "cube.obj", "--at", place), 1)
+
     def test_a_missed_tolerance_is_said_and_written(self):
         out = self.path("rough.step")
         report = self.report("convert", WING / "wing.step", "--cage", WING / "wing_cage.obj", "-o", out,

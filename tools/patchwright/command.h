@@ -114,6 +114,7 @@ mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const occ::CadReference& r
 /// Each registers its subcommand; `exit_code` receives what the run ends with.
 void register_compare(CLI::App& app, int& exit_code);
 void register_convert(CLI::App& app, int& exit_code);
+void register_eval(CLI::App& app, int& exit_code);
 void register_export(CLI::App& app, int& exit_code);
 void register_fit(CLI::App& app, int& exit_code);
 void register_inspect(CLI::App& app, int& exit_code);

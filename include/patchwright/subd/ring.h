@@ -60,9 +60,11 @@ class RingKind {
 
     /// Whether child `i` is of this very kind again: an extraordinary vertex that stays.
     [[nodiscard]] bool is_stationary(int i) const { return child(i).kind == this; }
-    /// child(i).matrix to the power 2^exponent.
+    /// (child(i).matrix - 1 l)^(2^exponent) with l = corner(i).limit: what is left of many steps
+    /// beside the limit. Without the part of eigenvalue 1, whose rounding would outlive everything
+    /// else, differences from the limit keep all their digits however many the steps.
     /// @pre is_stationary(i)
-    [[nodiscard]] const Eigen::MatrixXd& corner_power(int i, int exponent) const;
+    [[nodiscard]] const Eigen::MatrixXd& contraction_power(int i, int exponent) const;
 
     /// The neighbourhood as a mesh of its own; the face is number 0, slots are vertices. Tags are
     /// complete for the edges and vertices that act on the face only.

@@ -1,0 +1,208 @@
+#include "subd/opensubdiv_oracle.h"
+#include "support/cages.h"
+
+#include <patchwright/subd/limit_mask.h>
+#include <patchwright/subd/refine.h>
+
+#include <catch2/catch.hpp>
+#include <opensubdiv/bfr/refinerSurfaceFactory.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <random>
+
+using namespace patchwright;
+using geom::Vec3;
+using mesh::FaceId;
+
+namespace {
+
+namespace Bfr = OpenSubdiv::Bfr;
+
+/// Largest differences to OpenSubdiv's Bfr over a cage of size about 1.
+struct Differences {
+    double position = 0.0, vertex = 0.0, first = 0.0, second = 0.0;
+};
+
+/// Bfr replaces the surface near extraordinary vertices by approximations from its last level on,
+/// so interior parameters keep `margin` away from the sides; sides and vertices are compared on
+/// positions.
+Differences difference_to_bfr(const mesh::Cage& cage, unsigned seed, int points, double margin) {
+    const auto refiner = test::osd_refiner(*cage.topology);
+    const Bfr::RefinerSurfaceFactory<> factory(
+        *refiner, Bfr::SurfaceFactory::Options().SetApproxLevelSmooth(10).SetApproxLevelSharp(10));
+    const subd::LimitEvaluator evaluator(cage.topology);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<> inside(margin, 1.0 - margin);
+    std::uniform_int_distribution<> pick(0, cage.topology->face_count() - 1);
+    Differences worst;
+    for (int k = 0; k < points; ++k) {
+        const FaceId f{pick(random)};
+        Bfr::Surface<double> surface;
+        if (!factory.InitVertexSurface(f.value, &surface)) continue;
+        std::vector<double> patch_points(std::size_t(3 * surface.GetNumPatchPoints()));
+        surface.PreparePatchPoints(cage.points.data(), 3, patch_points.data(), 3);
+        const int size = cage.topology->size(f);
+        subd::Location at{f, inside(random), inside(random), 0};
+        const bool is_vertex = k % 5 == 4;
+        if (is_vertex) at.u = at.v = 0.0;
+        double uv[2] = {at.u, at.v};
+        double scale = 1.0;
+        if (size != 4) {
+            at.sector = int(random() % unsigned(size));
+            const double sub[2] = {at.u, at.v};
+            surface.GetParameterization().ConvertNormalizedSubFaceToCoord(at.sector, sub, uv);
+            scale = 0.5;  // a sector spans half a unit of Bfr's parameters
+        }
+        Vec3 d[6];
+        surface.Evaluate(uv, patch_points.data(), 3, d[0].data(), d[1].data(), d[2].data(),
+                         d[3].data(), d[4].data(), d[5].data());
+        const subd::LimitPoint ours = evaluator.evaluate(cage.points, at);
+        double& position = is_vertex ? worst.vertex : worst.position;
+        position = std::max(position, (ours.position - d[0]).norm());
+        if (is_vertex) continue;
+        CHECK(ours.smoothness == subd::Smoothness::Derivatives);
+        const auto difference = [&](const Vec3& a, const Vec3& b, double s) {
+            return (a - s * b).norm();
+        };
+        worst.first = std::max(
+            {worst.first, difference(ours.du, d[1], scale), difference(ours.dv, d[2], scale)});
+        worst.second = std::max({worst.second, difference(ours.duu, d[3], scale * scale),
+                                 difference(ours.duv, d[4], scale * scale),
+                                 difference(ours.dvv, d[5], scale * scale)});
+    }
+    return worst;
+}
+
+}  // namespace
+
+TEST_CASE("positions and derivatives are OpenSubdiv's for 300 random cages", "[subd][oracle]") {
+    for (unsigned seed = 0; seed < 300; ++seed) {
+        CAPTURE(seed);
+        const bool semi_sharp = seed % 3 == 2;
+        const mesh::Cage cage =
+            test::random_cage(seed, {.open = seed % 2 == 1,
+                                     .crease_share = 0.1 * (seed % 5),
+                                     .semi_sharp = semi_sharp,
+                                     .rule = seed % 4 < 2 ? mesh::BoundaryRule::EdgeOnly
+                                                          : mesh::BoundaryRule::EdgeAndCorner});
+        const Differences d = difference_to_bfr(cage, seed, 50, 0.02);
+        // Fractional sharpness is a float in OpenSubdiv: it differs by up to 1e-7 of a blend.
+        const double slack = semi_sharp ? 1e6 : 1.0;
+        CHECK(d.position < 1e-12 * slack);
+        // At ends and junctions of creases Bfr's vertices are those of its last level, off by 1e-5;
+        // "limit points agree where faces meet" and the eigenvectors of "refining..." cover them.
+        CHECK(d.vertex < (seed % 5 == 0 ? 1e-12 : 1e-4));
+        CHECK(d.first < 1e-10 * slack);
+        CHECK(d.second < 1e-8 * slack);
+    }
+}
+
+TEST_CASE("rows of masks sum to 1 and 0, and so for every order", "[subd]") {
+    for (unsigned seed = 0; seed < 20; ++seed) {
+        const mesh::Cage cage =
+            test::random_cage(seed, {.open = seed % 2 == 1, .semi_sharp = seed % 3 == 0});
+        const subd::LimitEvaluator evaluator(cage.topology);
+        for (const FaceId f : cage.topology->faces()) {
+            for (const auto& [u, v] :
+                 {std::pair{0.0, 0.0}, {1e-9, 2e-10}, {0.5, 0.5}, {0.9, 0.0}}) {
+                const subd::Mask mask = evaluator.mask({f, u, v}, 2);
+                const Eigen::VectorXd sums = mask.rows.rowwise().sum();
+                CHECK(std::abs(sums[0] - 1.0) < 1e-13);
+                for (int row = 1; row < 6; ++row) {
+                    CHECK(std::abs(sums[row]) < 1e-11 * (1.0 + mask.rows.row(row).norm()));
+                }
+            }
+        }
+    }
+}
+
+TEST_CASE("tangent masks at smooth vertices span the closed form's plane", "[subd][oracle]") {
+    for (int n = 3; n <= 50; ++n) {
+        CAPTURE(n);
+        const mesh::Cage cage = test::fan(n);
+        const double c = std::cos(2 * M_PI / n);
+        const double a = 1 + c + std::cos(M_PI / n) * std::sqrt(2 * (9 + c));
+        Vec3 t[2] = {Vec3::Zero(), Vec3::Zero()};
+        for (int shift = 0; shift < 2; ++shift) {
+            for (int i = 0; i < n; ++i) {
+                const double now = std::cos(2 * M_PI * (i - shift) / n);
+                const double next = std::cos(2 * M_PI * (i + 1 - shift) / n);
+                t[shift] += a * now * cage.points.row(1 + 2 * i).transpose() +
+                            (now + next) * cage.points.row(2 + 2 * i).transpose();
+            }
+        }
+        const subd::LimitPoint p =
+            subd::LimitEvaluator(cage.topology).evaluate(cage.points, {FaceId{0}, 0, 0});
+        if (n == 4) {
+            CHECK(p.smoothness == subd::Smoothness::Derivatives);
+        } else {
+            CHECK(p.smoothness == subd::Smoothness::TangentPlane);
+        }
+        CHECK((p.du.normalized() - t[0].normalized()).norm() < 1e-10);
+        CHECK((p.dv.normalized() - t[1].normalized()).norm() < 1e-10);
+        CHECK((p.normal - t[0].cross(t[1]).normalized()).norm() < 1e-9);
+    }
+}
+
+TEST_CASE("subdominant eigenvalues are the closed form's", "[subd][oracle]") {
+    for (int n = 3; n <= 50; ++n) {
+        if (n == 4) continue;
+        CAPTURE(n);
+        const mesh::Cage cage = test::fan(n);
+        subd::RingTable table;
+        const double c = std::cos(2 * M_PI / n);
+        const double expected = (5 + c + std::sqrt((9 + c) * (1 + c))) / 16;
+        CHECK(table.ring(*cage.topology, FaceId{0}).kind->corner(0).eigenvalue ==
+              Approx(expected).epsilon(1e-10));
+    }
+}
+
+TEST_CASE("a point 1e-9 from an extraordinary vertex is where refinement puts it",
+          "[subd][oracle]") {
+    for (const int n : {3, 5, 8, 20}) {
+        CAPTURE(n);
+        mesh::Cage cage = test::fan(n);
+        const subd::LimitEvaluator evaluator(cage.topology);
+        const double u = std::ldexp(0.7, -30), v = std::ldexp(0.4, -30);
+        const subd::LimitPoint deep = evaluator.evaluate(cage.points, {FaceId{0}, u, v});
+        cage = subd::refine(cage, 4);
+        // Child 0 of face 0 stays face 0; its derivatives are per child parameter.
+        const subd::LimitPoint fine =
+            subd::LimitEvaluator(cage.topology).evaluate(cage.points, {FaceId{0}, 16 * u, 16 * v});
+        CHECK((deep.position - fine.position).norm() < 1e-15);
+        CHECK((deep.du - 16 * fine.du).norm() < 1e-9 * deep.du.norm());
+        CHECK((deep.normal - fine.normal).norm() < 1e-9);
+    }
+}
+
+TEST_CASE("creases have a tangent plane of each side, cusps none", "[subd]") {
+    // A ridge: two planes that meet along the crease through the middle of a grid.
+    mesh::TopologyInput tags;
+    for (int j = 0; j < 4; ++j) tags.creases.push_back({10 + j, 11 + j, mesh::infinite_sharpness});
+    mesh::Cage cage = test::grid(4, 4, tags);
+    for (Eigen::Index i = 0; i < cage.points.rows(); ++i) {
+        cage.points(i, 2) = -std::abs(cage.points(i, 0) - 2.0);
+    }
+    const subd::LimitEvaluator evaluator(cage.topology);
+    // Faces 4 i + j; vertex 12 is corner 1 of face 5 and corner 0 of face 10 - its two sides.
+    const subd::LimitPoint left = evaluator.evaluate(cage.points, {FaceId{5}, 1, 1});
+    const subd::LimitPoint right = evaluator.evaluate(cage.points, {FaceId{10}, 0, 0});
+    CHECK((left.position - right.position).norm() < 1e-14);
+    CHECK((left.normal - Vec3(-1, 0, 1).normalized()).norm() < 1e-12);
+    CHECK((right.normal - Vec3(1, 0, 1).normalized()).norm() < 1e-12);
+
+    // A crease that turns leaves one face on its inner side.
+    mesh::TopologyInput turn;
+    turn.creases = {{7, 12, mesh::infinite_sharpness}, {11, 12, mesh::infinite_sharpness}};
+    const mesh::Cage turned = test::grid(4, 4, turn);
+    const subd::LimitEvaluator inner(turned.topology);
+    for (const FaceId f : {FaceId{5}, FaceId{6}, FaceId{9}, FaceId{10}}) {
+        const double u = f.value < 8 ? 1 : 0;
+        const double v = f.value % 2 == 1 ? 1 : 0;
+        const subd::LimitPoint p = inner.evaluate(turned.points, {f, u, v});
+        CAPTURE(f.value);
+        CHECK(p.smoothness == subd::Smoothness::TangentPlane);
+        CHECK(p.normal.cwiseAbs().isApprox(Vec3(0, 0, 1), 1e-9));
+    }
+}
