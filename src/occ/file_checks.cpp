@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 namespace patchwright::occ {
 
@@ -112,8 +113,24 @@ void check_iges_file(const Path& path) {
 }
 
 void check_brep_file(const Path& path) {
-    if (content_of(path).substr(0, 1 << 16).find("CASCADE Topology") == std::string::npos) {
+    const std::string text = content_of(path);
+    if (text.substr(0, 1 << 16).find("CASCADE Topology") == std::string::npos) {
         refuse(path, "is not a BREP file in text form: the line 'CASCADE Topology' is missing");
+    }
+    // The last section: its number of shapes, each of which ends with a star, then the root.
+    constexpr std::string_view title = "\nTShapes ";
+    const auto section = text.rfind(title);
+    int promised = 0;
+    if (section == std::string::npos ||
+        std::from_chars(text.data() + section + title.size(), text.data() + text.size(), promised)
+                .ec != std::errc()) {
+        refuse(path, "is cut off: the section TShapes is missing; get a complete copy");
+    }
+    const auto shapes = std::count(text.begin() + std::ptrdiff_t(section), text.end(), '*');
+    const auto root = text.find_first_of("+-ie", text.find_last_of('*') + 1);
+    if (shapes < promised || root == std::string::npos) {
+        refuse(path, "is cut off: it has {} shapes of {} and {}; get a complete copy", shapes,
+               promised, root == std::string::npos ? "no root" : "a root");
     }
 }
 

@@ -5,7 +5,8 @@
 
 namespace patchwright::occ {
 
-/// The kernel's readers say "done" to cut-off files and crash on some; these do not.
+/// The kernel's readers say "done" to cut-off files, and crash or loop forever on some; these do
+/// not.
 /// @throw InputError naming the file and what is missing
 void check_step_file(const std::filesystem::path& path);
 void check_iges_file(const std::filesystem::path& path);

@@ -1,6 +1,7 @@
 #include "occ/heal.h"
 
 #include "occ/cad_model_impl.h"
+#include "occ/pcurve_repair.h"
 #include "occ/tight_bounds.h"
 
 #include <patchwright/occ/inspect.h>
@@ -185,6 +186,7 @@ TopoDS_Shape sew_sheets(const std::vector<TopoDS_Shape>& sheets, double max_tole
         return as_is;
     }
     if (sewn.free_edges >= free_edges) return as_is;
+    bring_pcurves_into_step(sewn.shape, sewn.tolerance);
     auto impl = std::make_shared<CadModel::Impl>();
     impl->shape = sewn.shape;
     report.sewing_tolerance_mm = sewn.tolerance;
