@@ -58,7 +58,11 @@ std::optional<Eigen::MatrixXd> eigenprojection(const Eigen::MatrixXd& matrix, do
     const Eigen::MatrixXd right = null_space(shifted);
     const Eigen::MatrixXd left = null_space(shifted.transpose());
     if (right.cols() == 0 || right.cols() != left.cols()) return std::nullopt;
-    const Eigen::FullPivLU<Eigen::MatrixXd> product(left.transpose() * right);
+    // Both bases are orthonormal: a product near singular means that eigenvectors are missing, as
+    // for the eigenvalue 1/2 of corners with two faces, where convergence is only like 1 over the
+    // level.
+    Eigen::FullPivLU<Eigen::MatrixXd> product(left.transpose() * right);
+    product.setThreshold(1e-5);
     if (!product.isInvertible()) return std::nullopt;
     return right * product.solve(left.transpose());
 }
@@ -77,37 +81,30 @@ Eigen::RowVectorXd limit_row(const Eigen::MatrixXd& matrix) {
     return system.colPivHouseholderQr().solve(Eigen::VectorXd::Unit(n + 1, n)).transpose();
 }
 
-TangentRows tangent_rows(const Eigen::MatrixXd& matrix, const Eigen::RowVectorXd& along_u,
-                         const Eigen::RowVectorXd& along_v) {
+TangentRows tangent_rows(const Eigen::MatrixXd& matrix, const CornerProbes& probes) {
     TangentRows result;
     std::optional<Eigen::RowVectorXd> u, v;
-    std::optional<double> v_over_u;  // once both have been found to leave in one direction
+    Eigen::MatrixXd inside = Eigen::MatrixXd::Zero(probes.inside.rows(), matrix.cols());
     for (const double eigenvalue : contracting_eigenvalues(matrix)) {
         const auto projection = eigenprojection(matrix, eigenvalue);
         if (!projection) return {};
-        Eigen::RowVectorXd in_u = along_u * *projection;
-        Eigen::RowVectorXd in_v = along_v * *projection;
-        if (v_over_u) {
-            in_v -= *v_over_u * in_u;
-            if (in_v.norm() > no_component) v = in_v;
-        } else {
-            const bool new_u = !u && in_u.norm() > no_component;
-            const bool new_v = !v && in_v.norm() > no_component;
-            if (new_u) {
-                u = in_u;
-                result.eigenvalue = eigenvalue;
-            }
-            if (new_v) v = in_v;
-            if (new_u && new_v && parallel(*u, *v)) {
-                v_over_u = v->dot(*u) / u->squaredNorm();
-                v.reset();
-            }
+        const Eigen::RowVectorXd in_u = probes.u * *projection;
+        const Eigen::RowVectorXd in_v = probes.v * *projection;
+        inside += probes.inside * *projection;
+        if (!u && in_u.norm() > no_component) {
+            u = in_u;
+            result.eigenvalue = eigenvalue;
         }
-        if (u && v) {
-            result.rows.resize(2, matrix.cols());
-            result.rows << *u, *v;
-            return result;
-        }
+        if (!v && in_v.norm() > no_component) v = in_v;
+        if (!u || !v) continue;
+        if (parallel(*u, *v)) return {};
+        result.rows.resize(2, matrix.cols());
+        result.rows << *u, *v;
+        // Inside the face the surface must not leave the plane of its sides.
+        const Eigen::MatrixXd plane = result.rows.transpose();
+        const Eigen::MatrixXd off =
+            inside.transpose() - plane * plane.colPivHouseholderQr().solve(inside.transpose());
+        return off.norm() < 1e-7 * inside.norm() ? result : TangentRows{};
     }
     return {};
 }

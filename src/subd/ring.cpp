@@ -330,14 +330,22 @@ const RingKind::Corner& RingKind::corner(int i) const {
     const Eigen::RowVectorXd limit = limit_row(next.matrix);
     constexpr double other_end_u[] = {1, 0, 0, 1}, other_end_v[] = {1, 1, 0, 0};
     const double u = at_end_u(i) ? 1 : 0, v = at_end_v(i) ? 1 : 0;
-    // Directions from the corner along its two sides; those that leave against u or v are turned.
-    Eigen::RowVectorXd along_u = ring_mask(*this, other_end_u[i], v).position() - limit;
-    Eigen::RowVectorXd along_v = ring_mask(*this, u, other_end_v[i]).position() - limit;
-    if (at_end_u(i)) along_u = -along_u;
-    if (at_end_v(i)) along_v = -along_v;
-    TangentRows tangents = tangent_rows(next.matrix, along_u, along_v);
-    corner.tangents =
-        tangents.rows.size() > 0 ? std::move(tangents.rows) : Eigen::MatrixXd::Zero(2, slots());
+    CornerProbes probes{ring_mask(*this, other_end_u[i], v).position() - limit,
+                        ring_mask(*this, u, other_end_v[i]).position() - limit,
+                        Eigen::MatrixXd(4, slots())};
+    constexpr double inside[4][2] = {{0.5, 0.5}, {0.75, 0.3}, {0.3, 0.75}, {0.6, 0.2}};
+    for (int k = 0; k < 4; ++k) {
+        probes.inside.row(k) =
+            ring_mask(*this, std::abs(u - inside[k][0]), std::abs(v - inside[k][1])).position() -
+            limit;
+    }
+    const TangentRows tangents = tangent_rows(next.matrix, probes);
+    corner.tangents = Eigen::MatrixXd::Zero(2, slots());
+    if (tangents.rows.size() > 0) {
+        // The probes lie away from the corner, which is against u or v at their ends.
+        corner.tangents.row(0) = (at_end_u(i) ? -1.0 : 1.0) * tangents.rows.row(0);
+        corner.tangents.row(1) = (at_end_v(i) ? -1.0 : 1.0) * tangents.rows.row(1);
+    }
     corner.eigenvalue = tangents.eigenvalue;
     corner.limit = limit;
     return corner;

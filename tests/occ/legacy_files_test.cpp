@@ -1,5 +1,5 @@
-// Files as programs of the trade wrote them. The figures are properties of the files, found with
-// another program: names, units and sizes; volumes where two files describe one part.
+// Files as programs of the trade wrote them. Units, schemas and numbers of faces are what the files
+// say; sizes come from the kernel's optimal boxes, which this project does not use.
 #include <patchwright/base/error.h>
 #include <patchwright/occ/inspect.h>
 
