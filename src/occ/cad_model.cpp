@@ -2,9 +2,12 @@
 
 #include <patchwright/base/error.h>
 
+#include <BRep_Tool.hxx>
 #include <TopExp.hxx>
+#include <TopExp_Explorer.hxx>
 #include <TopTools_IndexedMapOfShape.hxx>
 #include <TopoDS.hxx>
+#include <TopoDS_Edge.hxx>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,6 +34,25 @@ std::vector<TopoDS_Face> faces_of(const CadModel& model) {
     faces.reserve(static_cast<std::size_t>(map.Extent()));
     for (int i = 1; i <= map.Extent(); ++i) faces.push_back(TopoDS::Face(map(i)));
     return faces;
+}
+
+std::vector<int> edge_uses(const TopoDS_Shape& shape) {
+    TopTools_IndexedMapOfShape edges;
+    std::vector<int> uses;
+    for (TopExp_Explorer face(shape, TopAbs_FACE); face.More(); face.Next()) {
+        for (TopExp_Explorer it(face.Current(), TopAbs_EDGE); it.More(); it.Next()) {
+            if (BRep_Tool::Degenerated(TopoDS::Edge(it.Current()))) continue;
+            const auto number = std::size_t(edges.Add(it.Current()));
+            if (number > uses.size()) uses.push_back(0);
+            ++uses[number - 1];
+        }
+    }
+    return uses;
+}
+
+int count_free_edges(const TopoDS_Shape& shape) {
+    const std::vector<int> uses = edge_uses(shape);
+    return static_cast<int>(std::count(uses.begin(), uses.end(), 1));
 }
 
 }  // namespace patchwright::occ

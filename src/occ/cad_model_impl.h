@@ -20,4 +20,10 @@ struct CadModel::Impl {
 /// The faces in the order that every face number of this room refers to (TopExp::MapShapes order).
 std::vector<TopoDS_Face> faces_of(const CadModel& model);
 
+/// How often faces use each distinct edge (a seam twice by its one face), without degenerate edges.
+std::vector<int> edge_uses(const TopoDS_Shape& shape);
+
+/// Edges used once.
+int count_free_edges(const TopoDS_Shape& shape);
+
 }  // namespace patchwright::occ

@@ -208,22 +208,6 @@ TopoDS_Shape body_of_shell(const TopoDS_Shape& shell) {
 
 }  // namespace
 
-int count_free_edges(const TopoDS_Shape& shape) {
-    TopTools_IndexedMapOfShape edges;
-    std::vector<int> uses;
-    for (TopExp_Explorer face(shape, TopAbs_FACE); face.More(); face.Next()) {
-        for (TopExp_Explorer it(face.Current(), TopAbs_EDGE); it.More(); it.Next()) {
-            if (BRep_Tool::Degenerated(TopoDS::Edge(it.Current()))) continue;
-            const auto number = std::size_t(edges.Add(it.Current()));
-            if (number > uses.size()) uses.push_back(0);
-            ++uses[number - 1];
-        }
-    }
-    int free = 0;
-    for (const int n : uses) free += n == 1 ? 1 : 0;
-    return free;
-}
-
 TopoDS_Shape keep_faces(const TopoDS_Shape& shape) {
     const Bodies bodies(shape);
     std::vector<TopoDS_Shape> kept = bodies.solids;

@@ -7,9 +7,6 @@
 
 namespace patchwright::occ {
 
-/// Edges, degenerate ones left out, that one face uses once.
-int count_free_edges(const TopoDS_Shape& shape);
-
 /// Solids of the shape stay; loose shells and faces are sewn with the smallest tolerance that
 /// leaves the fewest free edges without swallowing faces, their orientation made consistent, and
 /// closed shells become outward solids. Fills the sewing figures and notices of the report.

@@ -89,17 +89,8 @@ bool is_whole_bicubic(const TopoDS_Face& face) {
 }
 
 void count_edges(const TopoDS_Shape& shape, Inspection& result) {
-    TopTools_IndexedMapOfShape edges;
-    std::vector<int> uses;
-    for (TopExp_Explorer face(shape, TopAbs_FACE); face.More(); face.Next()) {
-        for (TopExp_Explorer it(face.Current(), TopAbs_EDGE); it.More(); it.Next()) {
-            if (BRep_Tool::Degenerated(TopoDS::Edge(it.Current()))) continue;
-            const auto number = std::size_t(edges.Add(it.Current()));
-            if (number > uses.size()) uses.push_back(0);
-            ++uses[number - 1];
-        }
-    }
-    result.edges = edges.Extent();
+    const std::vector<int> uses = edge_uses(shape);
+    result.edges = static_cast<int>(uses.size());
     result.free_edges = static_cast<int>(std::count(uses.begin(), uses.end(), 1));
     result.nonmanifold_edges =
         static_cast<int>(std::count_if(uses.begin(), uses.end(), [](int n) { return n > 2; }));
