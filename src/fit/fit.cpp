@@ -79,7 +79,7 @@ class LevelFit {
           reach_(options.feature_reach_rel * reference.bounds().diagonal()),
           curves_(curve_sites(topology_)),
           surface_operator_(topology_, {interior_grid(options.samples_per_edge)},
-                            face_sites(topology_)),
+                            face_sites(topology_), 1),
           curve_operator_(topology_, side_sets(options.samples_per_edge), curves_.sites),
           curve_free_(std::size_t(topology_.vertex_count()), 0),
           surface_free_(std::size_t(topology_.vertex_count()), 1) {
@@ -217,7 +217,7 @@ class LevelFit {
 Distances measure(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
                   int samples_per_edge) {
     const subd::LimitOperator limit_operator(*cage.topology, {closed_grid(samples_per_edge + 1)},
-                                             face_sites(*cage.topology));
+                                             face_sites(*cage.topology), 1);
     Points limit;
     limit_operator.apply(cage.points, limit);
     const Points normals = limit_operator.normals(cage.points);

@@ -102,17 +102,6 @@ void Topology::connect() {
     }
 }
 
-CornerId Topology::next(CornerId c) const {
-    const auto range = corners(face(c));
-    const std::int32_t following = c.value + 1;
-    return following == range[range.size()].value ? range[0] : CornerId{following};
-}
-
-CornerId Topology::previous(CornerId c) const {
-    const auto range = corners(face(c));
-    return c == range[0] ? range[range.size() - 1] : CornerId{c.value - 1};
-}
-
 int Topology::face_valence(VertexId v) const {
     const CornerId first = corner(v);
     int count = 0;

@@ -13,17 +13,22 @@ namespace patchwright::subd {
 
 namespace {
 
+using Matrix = Eigen::MatrixXd;
+using Row = Eigen::RowVectorXd;
+
 // Eigenvalues closer than this are one: a double one comes out of the iteration split by the root
 // of the rounding. Those of different frequencies differ by more than 1e-3 up to valence 50.
 constexpr double same_eigenvalue = 1e-6;
-constexpr double no_component = 1e-9;
+constexpr double no_component = 1e-8;
+constexpr int largest_block = 3;  // of the Jordan form
 
 /// Distinct real eigenvalues below 1, largest modulus first.
-std::vector<double> contracting_eigenvalues(const Eigen::MatrixXd& matrix) {
-    const Eigen::VectorXcd all = Eigen::EigenSolver<Eigen::MatrixXd>(matrix, false).eigenvalues();
+std::vector<double> contracting_eigenvalues(const Matrix& matrix) {
+    const Eigen::VectorXcd all = Eigen::EigenSolver<Matrix>(matrix, false).eigenvalues();
     std::vector<double> sorted;
     for (const auto& value : all) {
-        if (std::abs(value.imag()) < same_eigenvalue && std::abs(value) < 1.0 - same_eigenvalue) {
+        if (std::abs(value) < 1.0 - same_eigenvalue && std::abs(value) > same_eigenvalue) {
+            // A double eigenvalue may come out as a pair with rounding in the imaginary parts.
             sorted.push_back(value.real());
         }
     }
@@ -43,68 +48,186 @@ std::vector<double> contracting_eigenvalues(const Eigen::MatrixXd& matrix) {
 }
 
 /// Basis of the null space, as columns.
-Eigen::MatrixXd null_space(const Eigen::MatrixXd& matrix) {
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(matrix, Eigen::ComputeFullV);
+Matrix null_space(const Matrix& matrix) {
+    const Eigen::JacobiSVD<Matrix> svd(matrix, Eigen::ComputeFullV);
     const auto& values = svd.singularValues();
     Eigen::Index rank = 0;
-    while (rank < values.size() && values[rank] > 1e-8) ++rank;
+    while (rank < values.size() && values[rank] > 1e-9) ++rank;
     return svd.matrixV().rightCols(matrix.cols() - rank);
 }
 
-/// The projection onto the eigenspace along all others; empty where the matrix is defective there.
-std::optional<Eigen::MatrixXd> eigenprojection(const Eigen::MatrixXd& matrix, double eigenvalue) {
-    const auto shifted =
-        matrix - eigenvalue * Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols());
-    const Eigen::MatrixXd right = null_space(shifted);
-    const Eigen::MatrixXd left = null_space(shifted.transpose());
+/// A part of the k-th power of a matrix: eigenvalue^k k^degree map.
+struct PowerPart {
+    double eigenvalue;
+    int degree;
+    Matrix map;
+};
+
+/// All parts that belong to one eigenvalue, highest degree first; none where the spectrum is not
+/// resolved.
+std::optional<std::vector<PowerPart>> power_parts(const Matrix& matrix, double eigenvalue) {
+    const Matrix shifted = matrix - eigenvalue * Matrix::Identity(matrix.rows(), matrix.cols());
+    Matrix power = shifted;
+    Matrix right = null_space(power);
+    int block = 1;
+    for (; block < largest_block; ++block) {
+        const Matrix next = power * shifted;
+        Matrix larger = null_space(next);
+        if (larger.cols() == right.cols()) break;
+        power = next;
+        right = std::move(larger);
+    }
+    const Matrix left = null_space(power.transpose());
     if (right.cols() == 0 || right.cols() != left.cols()) return std::nullopt;
-    // Both bases are orthonormal: a product near singular means that eigenvectors are missing, as
-    // for the eigenvalue 1/2 of corners with two faces, where convergence is only like 1 over the
-    // level.
-    Eigen::FullPivLU<Eigen::MatrixXd> product(left.transpose() * right);
-    product.setThreshold(1e-5);
+    Eigen::FullPivLU<Matrix> product(left.transpose() * right);
+    product.setThreshold(1e-6);
     if (!product.isInvertible()) return std::nullopt;
-    return right * product.solve(left.transpose());
+    const Matrix projection = right * product.solve(left.transpose());
+    // (eigenvalue + nilpotent)^k = eigenvalue^k exp(k log(1 + nilpotent / eigenvalue)).
+    const Matrix nilpotent = shifted * projection / eigenvalue;
+    Matrix logarithm = nilpotent;
+    if (block > 2) logarithm -= 0.5 * nilpotent * nilpotent;
+    std::vector<PowerPart> parts;
+    Matrix term = projection;
+    for (int degree = 0; degree < block; ++degree) {
+        parts.insert(parts.begin(), {eigenvalue, degree, term});
+        term = (term * logarithm / (degree + 1)).eval();
+    }
+    return parts;
 }
 
-bool parallel(const Eigen::RowVectorXd& a, const Eigen::RowVectorXd& b) {
-    return (a / a.norm() - b * (a.dot(b) / (a.norm() * b.squaredNorm()))).norm() < 1e-7;
+/// How a product of two parts grows with the level; larger ones come first.
+struct Growth {
+    double factor;
+    int degree;
+
+    Growth(const PowerPart& a, const PowerPart& b)
+        : factor(a.eigenvalue * b.eigenvalue), degree(a.degree + b.degree) {}
+    [[nodiscard]] bool same(const Growth& other) const {
+        return std::abs(factor - other.factor) < same_eigenvalue && degree == other.degree;
+    }
+    [[nodiscard]] bool before(const Growth& other) const {
+        const double difference = std::abs(factor) - std::abs(other.factor);
+        return std::abs(difference) > same_eigenvalue ? difference > 0.0 : degree > other.degree;
+    }
+};
+
+Matrix wedge(const Row& a, const Row& b) { return a.transpose() * b - b.transpose() * a; }
+
+/// The leading term of du ^ dv at one point among the products of growth `g`.
+Matrix leading_form(const std::vector<PowerPart>& parts, const Growth& g, const Row& du,
+                    const Row& dv) {
+    Matrix form = Matrix::Zero(du.size(), du.size());
+    for (const PowerPart& a : parts) {
+        for (const PowerPart& b : parts) {
+            if (g.same(Growth(a, b))) form += wedge(du * a.map, dv * b.map);
+        }
+    }
+    return form;
+}
+
+/// The common direction of the leading terms of all points; empty when they differ, zero when they
+/// vanish.
+std::optional<Matrix> common_form(const std::vector<PowerPart>& parts, const Growth& g,
+                                  const CornerProbes& probes) {
+    std::vector<Matrix> forms;
+    int vanishing = 0;
+    for (Eigen::Index p = 0; p < probes.du.rows(); ++p) {
+        const Row du = probes.du.row(p), dv = probes.dv.row(p);
+        Matrix form = leading_form(parts, g, du, dv);
+        const double norm = form.norm();
+        const bool vanishes = norm < no_component * du.norm() * dv.norm();
+        vanishing += vanishes ? 1 : 0;
+        forms.push_back(vanishes ? Matrix::Zero(du.size(), du.size()).eval() : Matrix(form / norm));
+    }
+    if (vanishing > 0) {
+        return vanishing == static_cast<int>(forms.size()) ? std::optional(forms[0]) : std::nullopt;
+    }
+    for (const Matrix& form : forms) {
+        if ((form - forms[0]).norm() > 1e-6) return std::nullopt;
+    }
+    return forms[0];
+}
+
+/// The leading direction of a side: the first part that it has a component in.
+std::pair<Row, double> leading_direction(const std::vector<PowerPart>& parts, const Row& side) {
+    for (const PowerPart& part : parts) {
+        const Row direction = side * part.map;
+        if (direction.norm() > no_component * side.norm()) return {direction, part.eigenvalue};
+    }
+    return {Row::Zero(side.size()), 0.0};
+}
+
+/// Two rows that span the plane of the form, turned like it.
+TangentRows rows_of(const Matrix& form, const std::vector<PowerPart>& parts,
+                    const CornerProbes& probes) {
+    const Eigen::JacobiSVD<Matrix> svd(form, Eigen::ComputeThinU);
+    if (svd.singularValues().size() > 2 &&
+        svd.singularValues()[2] > 1e-6 * svd.singularValues()[0]) {
+        return {};
+    }
+    const Matrix plane = svd.matrixU().leftCols<2>();
+    const auto [along_u, eigenvalue] = leading_direction(parts, probes.u);
+    const auto [along_v, unused] = leading_direction(parts, probes.v);
+    const auto in_plane = [&](const Row& r) {
+        return r.norm() > 0.0 && (r - r * plane * plane.transpose()).norm() < 1e-5 * r.norm();
+    };
+    TangentRows result;
+    if (!in_plane(along_u)) return result;
+    result.eigenvalue = eigenvalue;
+    result.rows.resize(2, form.cols());
+    result.rows.row(0) = along_u;
+    const Matrix sides = wedge(along_u, along_v);
+    if (in_plane(along_v) && sides.norm() > 1e-6 * along_u.norm() * along_v.norm() &&
+        sides.cwiseProduct(form).sum() > 0.0) {
+        result.rows.row(1) = along_v;
+    } else {
+        // For a form c (x ^ y) with y at right angles to x the product with x is c |x|^2 y.
+        const Row across = along_u * form;
+        result.rows.row(1) = across * (along_u.norm() / across.norm());
+    }
+    return result;
 }
 
 }  // namespace
 
-Eigen::RowVectorXd limit_row(const Eigen::MatrixXd& matrix) {
+Eigen::RowVectorXd limit_row(const Matrix& matrix) {
     const Eigen::Index n = matrix.rows();
-    Eigen::MatrixXd system(n + 1, n);
-    system.topRows(n) = matrix.transpose() - Eigen::MatrixXd::Identity(n, n);
+    Matrix system(n + 1, n);
+    system.topRows(n) = matrix.transpose() - Matrix::Identity(n, n);
     system.row(n).setOnes();
     return system.colPivHouseholderQr().solve(Eigen::VectorXd::Unit(n + 1, n)).transpose();
 }
 
-TangentRows tangent_rows(const Eigen::MatrixXd& matrix, const CornerProbes& probes) {
-    TangentRows result;
-    std::optional<Eigen::RowVectorXd> u, v;
-    Eigen::MatrixXd inside = Eigen::MatrixXd::Zero(probes.inside.rows(), matrix.cols());
-    for (const double eigenvalue : contracting_eigenvalues(matrix)) {
-        const auto projection = eigenprojection(matrix, eigenvalue);
-        if (!projection) return {};
-        const Eigen::RowVectorXd in_u = probes.u * *projection;
-        const Eigen::RowVectorXd in_v = probes.v * *projection;
-        inside += probes.inside * *projection;
-        if (!u && in_u.norm() > no_component) {
-            u = in_u;
-            result.eigenvalue = eigenvalue;
+TangentRows tangent_rows(const Matrix& matrix, const CornerProbes& probes) {
+    const std::vector<double> eigenvalues = contracting_eigenvalues(matrix);
+    std::vector<PowerPart> parts;
+    std::vector<Growth> done;
+    for (std::size_t known = 0; known < eigenvalues.size(); ++known) {
+        auto more = power_parts(matrix, eigenvalues[known]);
+        if (!more) return {};
+        parts.insert(parts.end(), more->begin(), more->end());
+        // Products that no later eigenvalue can reach are complete.
+        const double reach = known + 1 < eigenvalues.size()
+                                 ? std::abs(eigenvalues[0] * eigenvalues[known + 1])
+                                 : 0.0;
+        std::vector<Growth> complete;
+        for (const PowerPart& a : parts) {
+            for (const PowerPart& b : parts) {
+                const Growth g(a, b);
+                if (std::abs(g.factor) > reach + same_eigenvalue) complete.push_back(g);
+            }
         }
-        if (!v && in_v.norm() > no_component) v = in_v;
-        if (!u || !v) continue;
-        if (parallel(*u, *v)) return {};
-        result.rows.resize(2, matrix.cols());
-        result.rows << *u, *v;
-        // Inside the face the surface must not leave the plane of its sides.
-        const Eigen::MatrixXd plane = result.rows.transpose();
-        const Eigen::MatrixXd off =
-            inside.transpose() - plane * plane.colPivHouseholderQr().solve(inside.transpose());
-        return off.norm() < 1e-7 * inside.norm() ? result : TangentRows{};
+        std::sort(complete.begin(), complete.end(),
+                  [](const Growth& a, const Growth& b) { return a.before(b); });
+        for (const Growth& g : complete) {
+            const auto same = [&](const Growth& other) { return g.same(other); };
+            if (std::any_of(done.begin(), done.end(), same)) continue;
+            done.push_back(g);
+            const auto form = common_form(parts, g, probes);
+            if (!form) return {};
+            if (form->norm() > 0.0) return rows_of(*form, parts, probes);
+        }
     }
     return {};
 }

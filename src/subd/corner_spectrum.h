@@ -1,4 +1,4 @@
-// What repeated subdivision towards a vertex leaves: limits and tangents as eigenvectors.
+// What repeated subdivision towards a vertex leaves: limits and tangent planes from the spectrum.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,23 +8,29 @@ namespace patchwright::subd {
 /// The left eigenvector of eigenvalue 1 of a subdivision matrix, scaled to sum 1: the limit's mask.
 Eigen::RowVectorXd limit_row(const Eigen::MatrixXd& matrix);
 
-/// Masks of points of a face minus that of the limit at one of its vertices: n columns each.
+/// Masks of a face around one of its vertices, n columns each.
 struct CornerProbes {
-    Eigen::RowVectorXd u, v;  ///< on the sides that leave the vertex along u and along v
-    Eigen::MatrixXd inside;   ///< inside the face, some rows in several directions
+    /// From the vertex to a point on the side that leaves it along u, and along v.
+    Eigen::RowVectorXd u, v;
+    /// Derivatives along u and v at some points inside the face, a row each.
+    Eigen::MatrixXd du, dv;
 };
 
 /// Two masks whose values span the tangent plane at the vertex, seen from one face.
 struct TangentRows {
-    /// 2 x n: along the two sides, up to positive factors. Empty where there is no tangent plane,
-    /// as at corners with several faces, or none of first order: the two sides leave on one line,
-    /// as in a face that is alone on its side of a crease.
+    /// 2 x n; their cross product points to the surface's front. Empty where normals have no limit.
+    /// The first is along the side u, the second along the side v, up to positive factors; where
+    /// both sides leave on one line, the second is at right angles (as a mask) to the first.
     Eigen::MatrixXd rows;
-    double eigenvalue = 0.0;  ///< subdominant: how the direction along u shrinks a step
+    double eigenvalue = 0.0;  ///< subdominant: how the side u shrinks a step
 };
 
+/// The limit of du x dv under repeated subdivision. Eigenvalues may be defective: the normal then
+/// converges like 1 over the number of steps, as at corners of two and more faces, whose plane is
+/// that of the two creases.
 /// @param matrix  stationary subdivision matrix of the neighbourhood, n x n
-/// Source: components of the probes in the eigenspaces, largest eigenvalue first (Zorin 2000, 3.2).
+/// Source: leading terms of the Jordan form as in Zorin, Smoothness of stationary subdivision on
+/// irregular meshes (2000), 3.2, applied to the 2-form du ^ dv.
 TangentRows tangent_rows(const Eigen::MatrixXd& matrix, const CornerProbes& probes);
 
 }  // namespace patchwright::subd

@@ -1,3 +1,5 @@
+#include "subd/ring_extractor.h"
+
 #include <patchwright/base/error.h>
 #include <patchwright/subd/limit_mask.h>
 
@@ -6,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace patchwright::subd {
 
@@ -27,86 +30,145 @@ constexpr int row_count(int order) { return order == 0 ? 1 : order == 1 ? 3 : 6;
 /// How often each row of a mask is differentiated along u and v.
 constexpr int derivatives[6][2] = {{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}};
 
-Eigen::MatrixXd regular_rows(const RingKind& kind, double u, double v, int order) {
+/// Rows of a mask while they are carried up from a piece to the face that was asked for. Reusable:
+/// allocates only until its buffers have grown.
+class MaskWork {
+  public:
+    using Rows = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
+
+    [[nodiscard]] Rows rows() { return {data_.data(), count_, columns_}; }
+
+    void set_zero(Eigen::Index count, Eigen::Index columns) {
+        count_ = count;
+        columns_ = columns;
+        data_.assign(std::size_t(count * columns), 0.0);
+    }
+    /// rows() = rows() * matrix
+    void multiply(const Eigen::MatrixXd& matrix) {
+        other_.resize(std::size_t(count_ * matrix.cols()));
+        Rows result(other_.data(), count_, matrix.cols());
+        // As sums of products: a blocked product would allocate.
+        result.noalias() = rows().lazyProduct(matrix);
+        columns_ = matrix.cols();
+        std::swap(data_, other_);
+    }
+
+  private:
+    std::vector<double> data_, other_;
+    Eigen::Index count_ = 0;
+    Eigen::Index columns_ = 0;
+};
+
+void regular_rows(const RingKind& kind, double u, double v, int order, MaskWork& work) {
     const auto bu = uniform_basis(u);
     const auto bv = uniform_basis(v);
-    Eigen::Matrix<double, Eigen::Dynamic, 16, 0, 6, 16> basis(row_count(order), 16);
+    work.set_zero(row_count(order), 16);
+    auto basis = work.rows();
     for (int row = 0; row < basis.rows(); ++row) {
         for (int a = 0; a < 4; ++a) {
             basis.row(row).segment<4>(4 * a) =
                 bu(a, derivatives[row][0]) * bv.col(derivatives[row][1]).transpose();
         }
     }
-    return basis * kind.regular();
+    work.multiply(kind.regular());
 }
 
 /// The corner of the unit square that (u, v) is nearest to.
 int nearest_corner(double u, double v) { return v > 0.5 ? (u > 0.5 ? 2 : 3) : (u > 0.5 ? 1 : 0); }
 
 /// Parameters of the child times 2^levels are those of the face.
-void scale_derivatives(Eigen::MatrixXd& rows, int levels) {
+void scale_derivatives(MaskWork& work, int levels) {
+    auto rows = work.rows();
     for (Eigen::Index row = 1; row < rows.rows(); ++row) {
         rows.row(row) *= std::ldexp(1.0, levels * (row < 3 ? 1 : 2));
     }
 }
 
-RingMask corner_mask(const RingKind::Corner& corner, int order) {
-    RingMask mask;
-    mask.rows = Eigen::MatrixXd::Zero(row_count(order), corner.limit.size());
-    mask.rows.row(0) = corner.limit;
-    mask.smoothness = corner.eigenvalue > 0.0 ? Smoothness::TangentPlane : Smoothness::Position;
-    if (order > 0) mask.rows.middleRows<2>(1) = corner.tangents;
-    return mask;
+Smoothness corner_rows(const RingKind& kind, int i, int order, MaskWork& work) {
+    work.set_zero(row_count(order), kind.slots());
+    work.rows().row(0) = kind.corner(i).limit;
+    if (order == 0) return Smoothness::Position;  // not asked for
+    const RingKind::TangentPlane& plane = kind.tangent_plane(i);
+    work.rows().middleRows<2>(1) = plane.rows;
+    return plane.eigenvalue > 0.0 ? Smoothness::TangentPlane : Smoothness::Position;
+}
+
+Smoothness mask_rows(const RingKind& kind, double u, double v, int sector, int order,
+                     MaskWork& work) {
+    if (kind.is_regular()) {
+        regular_rows(kind, u, v, order, work);
+        return Smoothness::Derivatives;
+    }
+    if (kind.size() != 4) {
+        // A sector's parameters are its own: nothing to scale.
+        const RingKind::Child& child = kind.child(sector);
+        const Smoothness smoothness = mask_rows(*child.kind, u, v, 0, order, work);
+        work.multiply(child.matrix);
+        return smoothness;
+    }
+    const int i = nearest_corner(u, v);
+    // Distances from the corner are exact: 1 - u is for u >= 1/2.
+    const double away_u = at_end_u(i) ? 1.0 - u : u;
+    const double away_v = at_end_v(i) ? 1.0 - v : v;
+    const auto square = [](double distance, bool end) { return end ? 1.0 - distance : distance; };
+    const auto magnified = [&](int levels, const RingKind& piece) {
+        const double scale = std::ldexp(1.0, levels);
+        return mask_rows(piece, square(away_u * scale, at_end_u(i)),
+                         square(away_v * scale, at_end_v(i)), 0, order, work);
+    };
+    if (kind.is_stationary(i)) {
+        const double away = std::max(away_u, away_v);
+        if (away == 0.0) return corner_rows(kind, i, order, work);
+        int exponent = 0;
+        std::frexp(away, &exponent);  // away = m 2^exponent with m in [1/2, 1)
+        const int levels = -exponent;
+        if (levels > 0) {
+            const Smoothness smoothness = magnified(levels, kind);
+            const RingKind::Contraction& powers = kind.contraction(i);
+            int left = levels;
+            for (; left > 64; left -= 64) work.multiply(powers.eights[7]);
+            if (left / 8 > 0) work.multiply(powers.eights[std::size_t(left / 8 - 1)]);
+            if (left % 8 > 0) work.multiply(powers.ones[std::size_t(left % 8 - 1)]);
+            work.rows().row(0) += kind.corner(i).limit;
+            scale_derivatives(work, levels);
+            return smoothness;
+        }
+    }
+    const RingKind::Child& child = kind.child(i);
+    const Smoothness smoothness = magnified(1, *child.kind);
+    work.multiply(child.matrix);
+    scale_derivatives(work, 1);
+    return smoothness;
+}
+
+/// What one thread needs to evaluate anything.
+struct Scratch {
+    RingExtractor ring;
+    MaskWork work;
+};
+
+Scratch& scratch() {
+    thread_local Scratch buffers;
+    return buffers;
 }
 
 }  // namespace
 
 RingMask ring_mask(const RingKind& kind, double u, double v, int sector, int order) {
-    if (kind.is_regular()) return {regular_rows(kind, u, v, order), Smoothness::Derivatives};
-    if (kind.size() != 4) {
-        // A sector's parameters are its own: nothing to scale.
-        const RingKind::Child& child = kind.child(sector);
-        RingMask mask = ring_mask(*child.kind, u, v, 0, order);
-        mask.rows *= child.matrix;
-        return mask;
-    }
-    const int i = nearest_corner(u, v);
-    // Distances from the corner are exact: 1 - u is for u >= 1/2.
-    double away_u = at_end_u(i) ? 1.0 - u : u;
-    double away_v = at_end_v(i) ? 1.0 - v : v;
-    const double away = std::max(away_u, away_v);
-    const auto square = [&](double distance, bool end) { return end ? 1.0 - distance : distance; };
-    if (kind.is_stationary(i)) {
-        if (away == 0.0) return corner_mask(kind.corner(i), order);
-        int levels = 0;
-        std::frexp(away, &levels);  // away = m 2^levels with m in [1/2, 1)
-        levels = -levels;
-        if (levels > 0) {
-            const double scale = std::ldexp(1.0, levels);
-            away_u *= scale;
-            away_v *= scale;
-            RingMask mask =
-                ring_mask(kind, square(away_u, at_end_u(i)), square(away_v, at_end_v(i)), 0, order);
-            for (int bit = 0; levels >> bit != 0; ++bit) {
-                if ((levels >> bit & 1) != 0) mask.rows *= kind.contraction_power(i, bit);
-            }
-            mask.rows.row(0) += kind.corner(i).limit;
-            scale_derivatives(mask.rows, levels);
-            return mask;
-        }
-    }
-    const RingKind::Child& child = kind.child(i);
-    RingMask mask = ring_mask(*child.kind, square(2.0 * away_u, at_end_u(i)),
-                              square(2.0 * away_v, at_end_v(i)), 0, order);
-    mask.rows *= child.matrix;
-    scale_derivatives(mask.rows, 1);
+    // Not the thread's: masks are made from masks when kinds are.
+    MaskWork work;
+    RingMask mask;
+    mask.smoothness = mask_rows(kind, u, v, sector, order, work);
+    mask.rows = work.rows();
     return mask;
 }
 
 LimitEvaluator::LimitEvaluator(std::shared_ptr<const mesh::Topology> topology)
-    : topology_(std::move(topology)), table_(std::make_unique<RingTable>()) {}
+    : topology_(std::move(topology)),
+      plain_(plain_vertices(*topology_)),
+      table_(std::make_unique<RingTable>()) {}
 
-Mask LimitEvaluator::mask(const Location& at, int order) const {
+void LimitEvaluator::check(const Location& at) const {
     if (!at.face.valid() || at.face.value >= topology_->face_count()) {
         throw base::InvalidArgument(fmt::format("face {} does not exist; there are {}",
                                                 at.face.value, topology_->face_count()));
@@ -118,52 +180,57 @@ Mask LimitEvaluator::mask(const Location& at, int order) const {
             fmt::format("face {}: parameters ({}, {}) of sector {} are not on it", at.face.value,
                         at.u, at.v, at.sector));
     }
+}
+
+Mask LimitEvaluator::mask(const Location& at, int order) const {
+    check(at);
     if (order < 0 || order > 2) throw base::InvalidArgument("masks have order 0, 1 or 2");
-    const Ring ring = table_->ring(*topology_, at.face);
-    const RingMask local = ring_mask(*ring.kind, at.u, at.v, at.sector, order);
+    auto& [ring, work] = scratch();
     Mask mask;
-    mask.smoothness = local.smoothness;
-    mask.vertices = ring.vertices;
+    mask.smoothness = mask_rows(extract_ring(*table_, ring, *topology_, plain_, at.face), at.u,
+                                at.v, at.sector, order, work);
+    const auto filled = ring.vertices();
+    mask.vertices.assign(filled.begin(), filled.end());
     std::sort(mask.vertices.begin(), mask.vertices.end());
     mask.vertices.erase(std::unique(mask.vertices.begin(), mask.vertices.end()),
                         mask.vertices.end());
-    mask.rows = Eigen::MatrixXd::Zero(local.rows.rows(), Eigen::Index(mask.vertices.size()));
-    for (std::size_t slot = 0; slot < ring.vertices.size(); ++slot) {
+    mask.rows = Eigen::MatrixXd::Zero(work.rows().rows(), Eigen::Index(mask.vertices.size()));
+    for (std::size_t slot = 0; slot < filled.size(); ++slot) {
         const auto column =
-            std::lower_bound(mask.vertices.begin(), mask.vertices.end(), ring.vertices[slot]) -
+            std::lower_bound(mask.vertices.begin(), mask.vertices.end(), filled[slot]) -
             mask.vertices.begin();
-        mask.rows.col(column) += local.rows.col(Eigen::Index(slot));
+        mask.rows.col(column) += work.rows().col(Eigen::Index(slot));
     }
     return mask;
 }
 
-geom::Vec3 LimitEvaluator::position(const geom::Points& points, const Location& at) const {
-    const Mask m = mask(at);
-    geom::Vec3 sum = geom::Vec3::Zero();
-    for (std::size_t k = 0; k < m.vertices.size(); ++k) {
-        sum += m.rows(0, Eigen::Index(k)) * points.row(m.vertices[k]).transpose();
+LimitPoint LimitEvaluator::evaluate(const geom::Points& points, const Location& at,
+                                    int order) const {
+    check(at);
+    if (order < 0 || order > 2) throw base::InvalidArgument("derivatives have order 0, 1 or 2");
+    auto& [ring, work] = scratch();
+    LimitPoint point;
+    point.smoothness = mask_rows(extract_ring(*table_, ring, *topology_, plain_, at.face), at.u,
+                                 at.v, at.sector, order, work);
+    const auto rows = work.rows();
+    const auto vertices = ring.vertices();
+    geom::Vec3* const values[] = {&point.position, &point.du,  &point.dv,
+                                  &point.duu,      &point.duv, &point.dvv};
+    for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+        geom::Vec3 sum = geom::Vec3::Zero();
+        for (std::size_t k = 0; k < vertices.size(); ++k) {
+            sum += rows(row, Eigen::Index(k)) * points.row(vertices[k]).transpose();
+        }
+        *values[row] = sum;
     }
-    return sum;
+    const geom::Vec3 normal = point.du.cross(point.dv);
+    const double size = normal.norm();
+    if (size > 0.0) point.normal = normal / size;
+    return point;
 }
 
-LimitPoint LimitEvaluator::evaluate(const geom::Points& points, const Location& at) const {
-    const Mask m = mask(at, 2);
-    Eigen::Matrix<double, 6, 3> values = Eigen::Matrix<double, 6, 3>::Zero();
-    for (std::size_t k = 0; k < m.vertices.size(); ++k) {
-        values += m.rows.col(Eigen::Index(k)) * points.row(m.vertices[k]);
-    }
-    LimitPoint point{values.row(0),
-                     values.row(1),
-                     values.row(2),
-                     values.row(3),
-                     values.row(4),
-                     values.row(5),
-                     {},
-                     m.smoothness};
-    point.normal = point.du.cross(point.dv);
-    const double size = point.normal.norm();
-    point.normal = size > 0.0 ? geom::Vec3(point.normal / size) : geom::Vec3::Zero();
-    return point;
+geom::Vec3 LimitEvaluator::position(const geom::Points& points, const Location& at) const {
+    return evaluate(points, at, 0).position;
 }
 
 geom::Vec3 limit_position(const mesh::Cage& cage, mesh::VertexId v) {

@@ -1,12 +1,13 @@
 #include "subd/corner_spectrum.h"
+#include "subd/ring_extractor.h"
 
 #include <patchwright/subd/limit_mask.h>
 #include <patchwright/subd/refine.h>
 #include <patchwright/subd/ring.h>
 
-#include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <deque>
+#include <mutex>
 
 namespace patchwright::subd {
 
@@ -16,191 +17,6 @@ using mesh::CornerId;
 using mesh::FaceId;
 using mesh::Topology;
 using mesh::VertexId;
-
-/// Gathers the faces around one face as if nothing else of the mesh existed: places where the mesh
-/// closes up outside the face's own vertices are not glued, so that equal kinds give equal slots.
-class RingExtractor {
-  public:
-    RingExtractor(const Topology& topology, FaceId face) : topology_(topology) {
-        own_ = static_cast<int>(topology.size(face));
-        add_face(topology.corners(face)[0]);
-        for (int i = 0; i < own_; ++i) {
-            const CornerId across = topology.twin(topology.corners(face)[i]);
-            neighbour_.push_back(across.valid() ? add_face(across) : -1);
-        }
-        put(own_);
-        for (int i = 0; i < own_; ++i) walk(i);
-        number_slots();
-    }
-
-    [[nodiscard]] const std::string& key() const { return key_; }
-
-    [[nodiscard]] std::vector<std::int32_t> vertices() const {
-        std::vector<std::int32_t> result(std::size_t(slot_count_), -1);
-        for (std::size_t f = 0; f < faces_.size(); ++f) {
-            CornerId c = faces_[f].first;
-            for (int k = 0; k < faces_[f].size; ++k, c = topology_.next(c)) {
-                result[std::size_t(slot(int(f), k))] = topology_.vertex(c).value;
-            }
-        }
-        return result;
-    }
-
-    [[nodiscard]] std::shared_ptr<const Topology> local_topology() const {
-        mesh::TopologyInput input;
-        input.vertex_count = slot_count_;
-        for (std::size_t f = 0; f < faces_.size(); ++f) {
-            input.face_sizes.push_back(faces_[f].size);
-            for (int k = 0; k < faces_[f].size; ++k) input.face_vertices.push_back(slot(int(f), k));
-        }
-        for (const Spoke& s : spokes_) {
-            if (s.sharpness > 0.0) {
-                input.creases.push_back(
-                    {slot(s.face, s.position),
-                     slot(s.face, (s.position + 1) % faces_[std::size_t(s.face)].size),
-                     s.sharpness});
-            }
-        }
-        for (int i = 0; i < own_; ++i) {
-            const double sharpness = topology_.sharpness(own_vertex(i));
-            if (sharpness > 0.0) input.corners.push_back({i, sharpness});
-        }
-        return std::make_shared<const Topology>(input);
-    }
-
-  private:
-    struct FaceCopy {
-        CornerId first;
-        int size;
-        int begin;  // of its nodes
-    };
-    struct Spoke {
-        int face, position;
-        double sharpness;
-    };
-
-    [[nodiscard]] VertexId own_vertex(int i) const {
-        return topology_.vertex(topology_.corners(topology_.face(faces_[0].first))[i]);
-    }
-
-    int add_face(CornerId first) {
-        const int begin = static_cast<int>(parent_.size());
-        const int size = topology_.size(topology_.face(first));
-        for (int k = 0; k < size; ++k) parent_.push_back(begin + k);
-        faces_.push_back({first, size, begin});
-        return static_cast<int>(faces_.size()) - 1;
-    }
-
-    /// Position of `c` within face copy `f`, counted from the copy's first corner.
-    [[nodiscard]] int position(int f, CornerId c) const {
-        const FaceCopy& copy = faces_[std::size_t(f)];
-        return (c.value - copy.first.value + copy.size) % copy.size;
-    }
-
-    int root(int node) {
-        while (parent_[std::size_t(node)] != node) node = parent_[std::size_t(node)];
-        return node;
-    }
-    void unite(int f, int k, int g, int l) {
-        const FaceCopy& a = faces_[std::size_t(f)];
-        const FaceCopy& b = faces_[std::size_t(g)];
-        const int x = root(a.begin + (k + a.size) % a.size);
-        const int y = root(b.begin + (l + b.size) % b.size);
-        parent_[std::size_t(std::max(x, y))] = std::min(x, y);
-    }
-
-    void put(double value) {
-        char bytes[sizeof value];
-        std::memcpy(bytes, &value, sizeof value);
-        key_.append(bytes, sizeof bytes);
-    }
-
-    void note_spoke(int f, int position, CornerId c) {
-        const double sharpness = topology_.sharpness(topology_.edge(c));
-        spokes_.push_back({f, position, sharpness});
-        put(sharpness);
-    }
-
-    /// Glues the faces around own vertex `i` along its edges and writes what is met into the key.
-    void walk(int i) {
-        const CornerId start = topology_.corners(topology_.face(faces_[0].first))[i];
-        const int before = (i + own_ - 1) % own_;
-        put(topology_.sharpness(topology_.vertex(start)));
-        note_spoke(0, i, start);
-        // Counter-clockwise from the face: first across the edge that arrives at the vertex.
-        int f = 0;
-        CornerId c = start;
-        for (int step = 0;; ++step) {
-            const CornerId arriving = topology_.previous(c);
-            const CornerId next = topology_.twin(arriving);
-            note_spoke(f, position(f, arriving), arriving);
-            if (!next.valid()) {
-                put(-1);
-                walk_clockwise(i, start);
-                return;
-            }
-            if (next == start) return;
-            const bool last = topology_.twin(topology_.previous(next)) == start;
-            const int g = step == 0 ? neighbour_[std::size_t(before)]
-                          : last    ? neighbour_[std::size_t(i)]
-                                    : add_face(next);
-            put(faces_[std::size_t(g)].size);
-            glue(f, arriving, g, next);
-            if (last) glue(g, topology_.previous(next), 0, start);
-            f = g;
-            c = next;
-        }
-    }
-
-    void walk_clockwise(int i, CornerId start) {
-        int f = 0;
-        CornerId c = start;
-        for (int step = 0;; ++step) {
-            const CornerId arriving = topology_.twin(c);
-            if (!arriving.valid()) {
-                put(-2);
-                return;
-            }
-            const CornerId next = topology_.next(arriving);
-            const int g = step == 0 ? neighbour_[std::size_t(i)] : add_face(next);
-            put(faces_[std::size_t(g)].size);
-            glue(g, arriving, f, c);
-            note_spoke(g, position(g, next), next);
-            f = g;
-            c = next;
-        }
-    }
-
-    /// Identifies the ends of an edge that `f` runs as `arriving` and `g` as its twin `leaving`.
-    void glue(int f, CornerId arriving, int g, CornerId leaving) {
-        const int k = position(f, arriving);
-        const int l = position(g, leaving);
-        unite(f, k, g, l + 1);
-        unite(f, k + 1, g, l);
-    }
-
-    void number_slots() {
-        slot_.assign(parent_.size(), -1);
-        for (std::size_t node = 0; node < parent_.size(); ++node) {
-            auto& number = slot_[std::size_t(root(int(node)))];
-            if (number < 0) number = slot_count_++;
-            slot_[node] = number;
-        }
-    }
-    [[nodiscard]] int slot(int f, int k) const {
-        return slot_[std::size_t(faces_[std::size_t(f)].begin + k)];
-    }
-
-    const Topology& topology_;
-    int own_ = 0;
-    std::vector<FaceCopy> faces_;
-    std::vector<int> neighbour_;  // per own edge: face copy across it, -1 at a boundary
-    std::vector<int> parent_;     // union-find over (face copy, position)
-    std::vector<int> slot_;
-    int slot_count_ = 0;
-    std::vector<Spoke> spokes_;
-    std::string key_;
-};
 
 /// Whether the face is one polynomial as seen from its own corner `c`.
 bool corner_is_regular(const Topology& t, CornerId c) {
@@ -285,16 +101,52 @@ Eigen::MatrixXd regular_matrix(const Topology& t) {
     return grid;
 }
 
+/// A value for each of a face's corners, computed by the first thread that asks.
+template <class T>
+class PerCorner {
+  public:
+    explicit PerCorner(int corners) : entries_(std::size_t(corners)) {}
+
+    template <class Make>
+    const T& get(int i, Make&& make) {
+        Entry& entry = entries_[std::size_t(i)];
+        std::call_once(entry.once, [&] { entry.value = make(); });
+        return entry.value;
+    }
+
+  private:
+    struct Entry {
+        std::once_flag once;
+        T value;
+    };
+    std::deque<Entry> entries_;  // its entries need not move
+};
+
 }  // namespace
 
-RingKind::RingKind(RingTable& table, std::shared_ptr<const Topology> local)
-    : table_(table), local_(std::move(local)), regular_(regular_matrix(*local_)) {}
+struct RingKind::Lazy {
+    explicit Lazy(int corners)
+        : children(1), corner(corners), tangent_plane(corners), contraction(corners) {}
+
+    PerCorner<std::vector<Child>> children;  // all at once
+    PerCorner<Corner> corner;
+    PerCorner<TangentPlane> tangent_plane;
+    PerCorner<Contraction> contraction;
+};
+
+RingKind::RingKind(RingTable& table, int number, std::shared_ptr<const Topology> local)
+    : table_(table),
+      number_(number),
+      local_(std::move(local)),
+      regular_(regular_matrix(*local_)),
+      lazy_(std::make_unique<Lazy>(size())) {}
+
+RingKind::~RingKind() = default;
 
 const RingKind::Child& RingKind::child(int i) const {
-    const std::lock_guard lock(table_.mutex_);
-    if (children_.empty()) {
+    const std::vector<Child>& children = lazy_->children.get(0, [&] {
         const Refinement fine = refine(*local_);
-        std::vector<Child> children;
+        std::vector<Child> made;
         for (int k = 0; k < size(); ++k) {
             const Ring ring = table_.ring(*fine.topology, FaceId{k});
             Child child{ring.kind, Eigen::MatrixXd::Zero(ring.kind->slots(), slots())};
@@ -305,86 +157,117 @@ const RingKind::Child& RingKind::child(int i) const {
                         fine.stencils.weight[std::size_t(e)];
                 }
             }
-            children.push_back(std::move(child));
+            made.push_back(std::move(child));
         }
-        children_ = std::move(children);
-    }
-    return children_[std::size_t(i)];
+        return made;
+    });
+    return children[std::size_t(i)];
 }
 
 const RingKind::Corner& RingKind::corner(int i) const {
-    const std::lock_guard lock(table_.mutex_);
-    if (corners_.empty()) corners_.resize(std::size_t(size()));
-    Corner& corner = corners_[std::size_t(i)];
-    if (corner.limit.size() > 0) return corner;
+    return lazy_->corner.get(i, [&] { return make_corner(i); });
+}
+
+const RingKind::TangentPlane& RingKind::tangent_plane(int i) const {
+    return lazy_->tangent_plane.get(i, [&] { return make_tangent_plane(i); });
+}
+
+const RingKind::Contraction& RingKind::contraction(int i) const {
+    return lazy_->contraction.get(i, [&] { return make_contraction(i); });
+}
+
+RingKind::Corner RingKind::make_corner(int i) const {
     const Child& next = child(i);
+    if (next.kind == this) return {limit_row(next.matrix)};
     // Children of other polygons than quads start at the parent's vertex.
-    const int same = size() == 4 ? i : 0;
+    return {next.kind->corner(size() == 4 ? i : 0).limit * next.matrix};
+}
+
+RingKind::TangentPlane RingKind::make_tangent_plane(int i) const {
+    const Child& next = child(i);
     if (next.kind != this) {
-        const Corner& fine = next.kind->corner(same);
-        corner.tangents = fine.tangents * next.matrix;
-        corner.eigenvalue = fine.eigenvalue;
-        corner.limit = fine.limit * next.matrix;
-        return corner;
+        const TangentPlane& fine = next.kind->tangent_plane(size() == 4 ? i : 0);
+        return {fine.rows * next.matrix, fine.eigenvalue};
     }
-    const Eigen::RowVectorXd limit = limit_row(next.matrix);
-    constexpr double other_end_u[] = {1, 0, 0, 1}, other_end_v[] = {1, 1, 0, 0};
+    const Eigen::RowVectorXd limit = corner(i).limit;
     const double u = at_end_u(i) ? 1 : 0, v = at_end_v(i) ? 1 : 0;
-    CornerProbes probes{ring_mask(*this, other_end_u[i], v).position() - limit,
-                        ring_mask(*this, u, other_end_v[i]).position() - limit,
-                        Eigen::MatrixXd(4, slots())};
-    constexpr double inside[4][2] = {{0.5, 0.5}, {0.75, 0.3}, {0.3, 0.75}, {0.6, 0.2}};
-    for (int k = 0; k < 4; ++k) {
-        probes.inside.row(k) =
-            ring_mask(*this, std::abs(u - inside[k][0]), std::abs(v - inside[k][1])).position() -
-            limit;
+    // Along the parameters' axes, which lead away from the corner or against that.
+    const double sign_u = at_end_u(i) ? -1.0 : 1.0, sign_v = at_end_v(i) ? -1.0 : 1.0;
+    CornerProbes probes;
+    probes.u = sign_u * (ring_mask(*this, 1.0 - u, v).position() - limit);
+    probes.v = sign_v * (ring_mask(*this, u, 1.0 - v).position() - limit);
+    constexpr double inside[][2] = {{0.55, 0.52}, {0.75, 0.3}, {0.3, 0.75}, {0.6, 0.2}, {0.1, 0.9}};
+    probes.du.resize(std::size(inside), slots());
+    probes.dv.resize(std::size(inside), slots());
+    for (std::size_t k = 0; k < std::size(inside); ++k) {
+        const RingMask mask =
+            ring_mask(*this, std::abs(u - inside[k][0]), std::abs(v - inside[k][1]), 0, 1);
+        probes.du.row(Eigen::Index(k)) = mask.rows.row(1);
+        probes.dv.row(Eigen::Index(k)) = mask.rows.row(2);
     }
-    const TangentRows tangents = tangent_rows(next.matrix, probes);
-    corner.tangents = Eigen::MatrixXd::Zero(2, slots());
-    if (tangents.rows.size() > 0) {
-        // The probes lie away from the corner, which is against u or v at their ends.
-        corner.tangents.row(0) = (at_end_u(i) ? -1.0 : 1.0) * tangents.rows.row(0);
-        corner.tangents.row(1) = (at_end_v(i) ? -1.0 : 1.0) * tangents.rows.row(1);
-    }
-    corner.eigenvalue = tangents.eigenvalue;
-    corner.limit = limit;
-    return corner;
+    TangentRows tangents = tangent_rows(next.matrix, probes);
+    if (tangents.rows.size() == 0) return {Eigen::MatrixXd::Zero(2, slots()), 0.0};
+    return {std::move(tangents.rows), tangents.eigenvalue};
 }
 
-const Eigen::MatrixXd& RingKind::contraction_power(int i, int exponent) const {
-    const std::lock_guard lock(table_.mutex_);
-    if (powers_.empty()) powers_.resize(std::size_t(size()));
-    auto& powers = powers_[std::size_t(i)];
-    if (powers.empty()) {
-        Eigen::MatrixXd contraction = child(i).matrix.rowwise() - corner(i).limit;
-        // Its rows sum to the rounding of those of the matrix; that part must not stay either.
-        contraction -= contraction.rowwise().sum() * corner(i).limit;
-        powers.push_back(std::move(contraction));
+RingKind::Contraction RingKind::make_contraction(int i) const {
+    const Eigen::RowVectorXd& limit = corner(i).limit;
+    // Rows sum to the rounding of those of the matrix; that part must not stay either.
+    const auto cleaned = [&](Eigen::MatrixXd m) {
+        m -= m.rowwise().sum() * limit;
+        return m;
+    };
+    Contraction powers;
+    const Eigen::MatrixXd one = cleaned(child(i).matrix.rowwise() - limit);
+    powers.ones[0] = one;
+    for (std::size_t k = 1; k < 8; ++k) powers.ones[k] = cleaned(powers.ones[k - 1] * one);
+    powers.eights[0] = powers.ones[7];
+    for (std::size_t k = 1; k < 8; ++k) {
+        powers.eights[k] = cleaned(powers.eights[k - 1] * powers.ones[7]);
     }
-    while (powers.size() <= std::size_t(exponent)) {
-        Eigen::MatrixXd square = powers.back() * powers.back();
-        square -= square.rowwise().sum() * corner(i).limit;
-        powers.push_back(std::move(square));
-    }
-    return powers[std::size_t(exponent)];
+    return powers;
 }
 
-RingTable::RingTable() = default;
+RingTable::RingTable() {
+    // The middle face of a 3 x 3 grid.
+    mesh::TopologyInput grid;
+    grid.vertex_count = 16;
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+            grid.face_sizes.push_back(4);
+            const int v = 4 * i + j;
+            for (const int corner : {v, v + 4, v + 5, v + 1}) grid.face_vertices.push_back(corner);
+        }
+    }
+    plain_ = ring(Topology(grid), FaceId{4}).kind;
+}
+
 RingTable::~RingTable() = default;
 
 Ring RingTable::ring(const Topology& topology, FaceId f) {
-    const RingExtractor extractor(topology, f);
-    Ring ring;
-    ring.vertices = extractor.vertices();
-    const std::lock_guard lock(mutex_);
-    auto& kind = kinds_[extractor.key()];
-    if (!kind) kind.reset(new RingKind(*this, extractor.local_topology()));
-    ring.kind = kind.get();
+    thread_local RingExtractor extractor;
+    extractor.extract(topology, f);
+    const auto vertices = extractor.vertices();
+    Ring ring{nullptr, {vertices.begin(), vertices.end()}};
+    ring.kind = &kind(extractor);
     return ring;
 }
 
+const RingKind& RingTable::kind(const RingExtractor& extracted) {
+    {
+        const std::shared_lock lock(mutex_);
+        const auto known = kinds_.find(std::string_view(extracted.key()));
+        if (known != kinds_.end()) return *known->second;
+    }
+    const auto local = extracted.local_topology();
+    const std::unique_lock lock(mutex_);
+    auto& kind = kinds_[extracted.key()];
+    if (!kind) kind.reset(new RingKind(*this, static_cast<int>(kinds_.size()) - 1, local));
+    return *kind;
+}
+
 int RingTable::kind_count() const {
-    const std::lock_guard lock(mutex_);
+    const std::shared_lock lock(mutex_);
     return static_cast<int>(kinds_.size());
 }
 

@@ -71,8 +71,16 @@ class Topology {
     [[nodiscard]] VertexId vertex(CornerId c) const { return VertexId{corner_vertex_[c.index()]}; }
     [[nodiscard]] EdgeId edge(CornerId c) const { return EdgeId{corner_edge_[c.index()]}; }
     [[nodiscard]] FaceId face(CornerId c) const { return FaceId{corner_face_[c.index()]}; }
-    [[nodiscard]] CornerId next(CornerId c) const;
-    [[nodiscard]] CornerId previous(CornerId c) const;
+    [[nodiscard]] CornerId next(CornerId c) const {
+        if (all_quads_) return CornerId{(c.value & ~3) | ((c.value + 1) & 3)};
+        const auto range = corners(face(c));
+        return c.value + 1 == range[range.size()].value ? range[0] : CornerId{c.value + 1};
+    }
+    [[nodiscard]] CornerId previous(CornerId c) const {
+        if (all_quads_) return CornerId{(c.value & ~3) | ((c.value + 3) & 3)};
+        const auto range = corners(face(c));
+        return c == range[0] ? range[range.size() - 1] : CornerId{c.value - 1};
+    }
     /// The opposite half-edge; not valid() on the boundary.
     [[nodiscard]] CornerId twin(CornerId c) const { return CornerId{corner_twin_[c.index()]}; }
     /// The next half-edge that leaves the same vertex, counter-clockwise; not valid() at the
@@ -112,9 +120,7 @@ class Topology {
     }
     [[nodiscard]] const std::vector<std::string>& group_names() const { return group_names_; }
 
-    [[nodiscard]] bool all_quads() const {
-        return corner_count() == 4 * face_count() && all_quads_;
-    }
+    [[nodiscard]] bool all_quads() const { return all_quads_; }
     [[nodiscard]] bool is_closed() const { return closed_; }
 
   private:

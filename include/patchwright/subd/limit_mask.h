@@ -22,8 +22,9 @@ struct Location {
 enum class Smoothness {
     Derivatives,   ///< first and second derivatives
     TangentPlane,  ///< extraordinary vertex: directions that span the tangent plane (of this face's
-                   ///< side at a crease or corner), up to positive factors along u and v
-    Position       ///< not even those
+                   ///< side at a crease or corner), along u and v up to positive factors; where
+                   ///< both sides leave on one line, only their cross product has a meaning
+    Position       ///< not even those, or not asked for
 };
 
 /// Coefficients over a ring's slots.
@@ -38,8 +39,8 @@ struct RingMask {
 
 /// @param order  of the highest derivatives: 0, 1 or 2
 /// @pre 0 <= u, v <= 1; `kind` is a quad's, or sector is below its size
-/// Source: Stam (1998) with powers of the subdivision matrix by repeated squaring in place of its
-/// eigenvectors, then the bicubic basis.
+/// Source: Stam (1998) with stored powers of the subdivision matrix in place of its eigenvectors,
+/// then the bicubic basis.
 RingMask ring_mask(const RingKind& kind, double u, double v, int sector = 0, int order = 0);
 
 /// Coefficients over the vertices of a mesh.
@@ -51,14 +52,17 @@ struct Mask {
 
 /// A point of the limit surface.
 struct LimitPoint {
-    geom::Vec3 position;
-    geom::Vec3 du, dv;         ///< directions only where smoothness is TangentPlane; else see there
-    geom::Vec3 duu, duv, dvv;  ///< zero unless smoothness is Derivatives
-    geom::Vec3 normal;         ///< unit, along du x dv; zero where that vanishes
-    Smoothness smoothness;
+    geom::Vec3 position = geom::Vec3::Zero();
+    /// Directions only where smoothness is TangentPlane; else see there.
+    geom::Vec3 du = geom::Vec3::Zero(), dv = geom::Vec3::Zero();
+    /// Zero unless smoothness is Derivatives.
+    geom::Vec3 duu = geom::Vec3::Zero(), duv = geom::Vec3::Zero(), dvv = geom::Vec3::Zero();
+    geom::Vec3 normal = geom::Vec3::Zero();  ///< unit, along du x dv; zero where that vanishes
+    Smoothness smoothness = Smoothness::Position;  ///< at least Position
 };
 
-/// Evaluates masks and points of one topology. Thread-safe.
+/// Evaluates masks and points of one topology. Thread-safe. Points are evaluated without
+/// allocating, once the thread's buffers and the kinds of neighbourhoods it meets are there.
 class LimitEvaluator {
   public:
     explicit LimitEvaluator(std::shared_ptr<const mesh::Topology> topology);
@@ -67,10 +71,15 @@ class LimitEvaluator {
     /// @throw InvalidArgument when the location is not on the mesh
     [[nodiscard]] Mask mask(const Location& at, int order = 0) const;
     [[nodiscard]] geom::Vec3 position(const geom::Points& points, const Location& at) const;
-    [[nodiscard]] LimitPoint evaluate(const geom::Points& points, const Location& at) const;
+    /// @param order  of the highest derivatives that are wanted; others are zero
+    [[nodiscard]] LimitPoint evaluate(const geom::Points& points, const Location& at,
+                                      int order = 2) const;
 
   private:
+    void check(const Location& at) const;
+
     std::shared_ptr<const mesh::Topology> topology_;
+    std::vector<char> plain_;  // see plain_vertices() of ring_extractor.h
     std::unique_ptr<RingTable> table_;
 };
 

@@ -3,6 +3,7 @@
 
 #include <patchwright/subd/limit_mask.h>
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -19,50 +20,68 @@ struct Site {
 };
 
 /// The matrix M with one row a sample, M x = limit points, kept as one dense table for each kind of
-/// neighbourhood and parameter set ("template") and the vertex numbers of each site. Belongs to a
-/// topology; serves any points on it.
+/// neighbourhood and parameter set ("template") and the vertex numbers of each site: 72 bytes for a
+/// regular face. Belongs to a topology; serves any points on it. Thread-safe; products allocate
+/// nothing for a face or a sample and are the same to the last bit for any number of threads.
+/// Fastest when sites that follow each other are neighbours and vertices are numbered likewise.
 class LimitOperator {
   public:
-    LimitOperator(const mesh::Topology& topology, std::vector<ParameterSet> sets,
-                  std::span<const Site> sites);
+    /// @param order  1 when normals() are wanted, else 0
+    /// @throw InvalidArgument when a site names what does not exist or rows do not fit 31 bits
+    LimitOperator(const mesh::Topology& topology, const std::vector<ParameterSet>& sets,
+                  std::span<const Site> sites, int order = 0);
+    ~LimitOperator();
+    LimitOperator(LimitOperator&&) noexcept;
+    LimitOperator& operator=(LimitOperator&&) noexcept;
 
-    [[nodiscard]] int rows() const { return rows_; }
+    [[nodiscard]] int rows() const { return site_rows_.back(); }
     [[nodiscard]] int columns() const { return columns_; }
     /// First row of each site; one more entry than sites.
     [[nodiscard]] const std::vector<std::int32_t>& site_rows() const { return site_rows_; }
 
     /// rows() x 3 = M x.  @pre x is columns() x 3
     void apply(const geom::Points& x, geom::Points& y) const;
-    /// columns() x 3 = M^T y, the same to the last bit for any number of threads.  @pre y is rows()
-    /// x 3
+    /// columns() x 3 = M^T y.  @pre y is rows() x 3
     void apply_transposed(const geom::Points& y, geom::Points& x) const;
     /// Directions du x dv (not unit) at all samples; zero where there is no tangent plane.
+    /// @pre made with order 1
     [[nodiscard]] geom::Points normals(const geom::Points& x) const;
 
-    [[nodiscard]] int template_count() const { return static_cast<int>(templates_.size()); }
+    [[nodiscard]] int template_count() const;
+    /// Memory held, templates apart and in them.
+    [[nodiscard]] std::size_t site_bytes() const;
+    [[nodiscard]] std::size_t template_bytes() const;
 
   private:
-    using Table = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    struct Template {
-        Table position, du, dv;  // samples x slots
-    };
-    /// Consecutive sites that one task handles, and the range of vertices they touch.
+    struct Template;
+    /// Consecutive sites that one task handles.
     struct Chunk {
-        std::size_t begin, end;
-        std::int32_t first_vertex, last_vertex;
+        std::size_t begin, end;                           // sites
+        std::size_t slot_begin;                           // into slot_vertices_
+        std::size_t shared_begin;                         // into shared_sites_
+        std::size_t shared_slot_begin;                    // into shared_slots_
+        std::int32_t partial_begin = 0, partial_end = 0;  // its rows of the partial sums
     };
 
-    void gather(std::size_t site, const geom::Points& x, geom::Points& local) const;
-    void build_chunks();
+    void find_shared_sites();
+    /// Calls `visit(template, number of sites, first row, first slot)` for runs of equal sites.
+    template <class Visit>
+    void for_runs(const Chunk& chunk, const Visit& visit) const;
+    void reduce_partials(const geom::Points& partial, geom::Points& x) const;
 
-    int rows_ = 0;
     int columns_ = 0;
     std::vector<Template> templates_;
     std::vector<std::int32_t> site_template_;
-    std::vector<std::int32_t> site_rows_;   // sites + 1
-    std::vector<std::int64_t> slot_begin_;  // sites + 1
-    std::vector<std::int32_t> slot_vertices_;
+    std::vector<std::int32_t> site_rows_{0};   // sites + 1
+    std::vector<std::int32_t> slot_vertices_;  // site after site
     std::vector<Chunk> chunks_;
+    // Sites that touch vertices of other chunks add to a part of the chunk's own, whose rows are
+    // added to the sum afterwards in the order of chunks.
+    std::vector<std::int32_t> shared_sites_;     // rising
+    std::vector<std::int32_t> shared_slots_;     // rows of the partial sums, site after site
+    std::vector<std::int32_t> reduced_vertex_;   // vertices with partial sums, rising
+    std::vector<std::int32_t> reduced_begin_;    // their entries in reduced_partial_
+    std::vector<std::int32_t> reduced_partial_;  // rows of the partial sums
 };
 
 }  // namespace patchwright::subd

@@ -6,15 +6,17 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
-#include <deque>
+#include <functional>
 #include <memory>
-#include <mutex>
+#include <shared_mutex>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <vector>
 
 namespace patchwright::subd {
 
+class RingExtractor;
 class RingKind;
 
 /// A face with all faces around its vertices: its kind and which vertex fills each of the kind's
@@ -29,6 +31,10 @@ struct Ring {
 /// dozen.
 class RingKind {
   public:
+    ~RingKind();
+    RingKind(const RingKind&) = delete;
+    RingKind& operator=(const RingKind&) = delete;
+
     struct Child {
         const RingKind* kind;
         Eigen::MatrixXd matrix;  ///< child's slots x this kind's slots
@@ -51,36 +57,55 @@ class RingKind {
     /// Masks at one of the face's own vertices, as seen from the face.
     struct Corner {
         Eigen::RowVectorXd limit;  ///< of the position: 1 x slots
-        /// Of two directions that span the tangent plane, along the face's u and v up to positive
-        /// factors: 2 x slots; zero where there is no tangent plane.
-        Eigen::MatrixXd tangents;
-        double eigenvalue = 0.0;  ///< subdominant, of the direction along u; 0 without tangents
     };
     [[nodiscard]] const Corner& corner(int i) const;
 
+    /// The tangent plane at one of the face's own vertices, as seen from the face.
+    struct TangentPlane {
+        /// Of two directions that span the plane, along the face's u and v up to positive factors;
+        /// where both sides leave on one line, only their cross product is right. 2 x slots; zero
+        /// where there is no tangent plane.
+        Eigen::MatrixXd rows;
+        double eigenvalue = 0.0;  ///< subdominant, of the direction along u; 0 without a plane
+    };
+    [[nodiscard]] const TangentPlane& tangent_plane(int i) const;
+
     /// Whether child `i` is of this very kind again: an extraordinary vertex that stays.
     [[nodiscard]] bool is_stationary(int i) const { return child(i).kind == this; }
-    /// (child(i).matrix - 1 l)^(2^exponent) with l = corner(i).limit: what is left of many steps
-    /// beside the limit. Without the part of eigenvalue 1, whose rounding would outlive everything
-    /// else, differences from the limit keep all their digits however many the steps.
+
+    /// Powers of child(i).matrix - 1 l with l = corner(i).limit: what is left of many steps beside
+    /// the limit. Without the part of eigenvalue 1, whose rounding would outlive everything else,
+    /// differences from the limit keep all their digits however many the steps.
+    struct Contraction {
+        std::array<Eigen::MatrixXd, 8> ones;    ///< 1, 2, ..., 8 steps
+        std::array<Eigen::MatrixXd, 8> eights;  ///< 8, 16, ..., 64 steps
+    };
     /// @pre is_stationary(i)
-    [[nodiscard]] const Eigen::MatrixXd& contraction_power(int i, int exponent) const;
+    [[nodiscard]] const Contraction& contraction(int i) const;
 
     /// The neighbourhood as a mesh of its own; the face is number 0, slots are vertices. Tags are
     /// complete for the edges and vertices that act on the face only.
     [[nodiscard]] const mesh::Topology& local() const { return *local_; }
 
+    /// Kinds of a table are numbered from 0 as they are met.
+    [[nodiscard]] int number() const { return number_; }
+
   private:
     friend class RingTable;
-    RingKind(class RingTable& table, std::shared_ptr<const mesh::Topology> local);
+    RingKind(class RingTable& table, int number, std::shared_ptr<const mesh::Topology> local);
+
+    Corner make_corner(int i) const;
+    TangentPlane make_tangent_plane(int i) const;
+    Contraction make_contraction(int i) const;
+
+    // What is computed when first asked for.
+    struct Lazy;
 
     RingTable& table_;
+    int number_;
     std::shared_ptr<const mesh::Topology> local_;
     Eigen::MatrixXd regular_;
-    mutable std::vector<Child> children_;
-    mutable std::vector<Corner> corners_;
-    // Deques, as references to their entries must last.
-    mutable std::vector<std::deque<Eigen::MatrixXd>> powers_;
+    std::unique_ptr<Lazy> lazy_;
 };
 
 /// Where corner i of a quad lies in the parameter square.
@@ -97,13 +122,24 @@ class RingTable {
 
     /// The neighbourhood of face `f`.
     [[nodiscard]] Ring ring(const mesh::Topology& topology, mesh::FaceId f);
+    /// The kind of the neighbourhood that was extracted last; the ring's vertices are the
+    /// extractor's.
+    [[nodiscard]] const RingKind& kind(const RingExtractor& extracted);
+    /// The kind inside a regular grid: 16 slots.
+    [[nodiscard]] const RingKind& plain() const { return *plain_; }
 
     [[nodiscard]] int kind_count() const;
 
   private:
-    friend class RingKind;
-    mutable std::recursive_mutex mutex_;
-    std::unordered_map<std::string, std::unique_ptr<RingKind>> kinds_;
+    struct KeyHash {
+        using is_transparent = void;
+        std::size_t operator()(std::string_view key) const {
+            return std::hash<std::string_view>{}(key);
+        }
+    };
+    mutable std::shared_mutex mutex_;
+    std::unordered_map<std::string, std::unique_ptr<RingKind>, KeyHash, std::equal_to<>> kinds_;
+    const RingKind* plain_ = nullptr;
 };
 
 }  // namespace patchwright::subd

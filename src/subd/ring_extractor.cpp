@@ -1,0 +1,232 @@
+#include "subd/ring_extractor.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace patchwright::subd {
+
+using mesh::CornerId;
+using mesh::EdgeId;
+using mesh::FaceId;
+using mesh::Topology;
+using mesh::VertexId;
+
+std::vector<char> plain_vertices(const Topology& topology) {
+    std::vector<char> faces_around(std::size_t(topology.vertex_count()), 0);
+    // Anything above four means "not plain" and must not wrap around.
+    constexpr char never = 100;
+    const auto spoil = [&](VertexId v) { faces_around[v.index()] = never; };
+    for (const FaceId f : topology.faces()) {
+        for (const CornerId c : topology.corners(f)) {
+            char& count = faces_around[topology.vertex(c).index()];
+            if (count < never) ++count;
+        }
+    }
+    if (!topology.all_quads()) {
+        for (const FaceId f : topology.faces()) {
+            if (topology.size(f) == 4) continue;
+            for (const CornerId c : topology.corners(f)) spoil(topology.vertex(c));
+        }
+    }
+    for (const EdgeId e : topology.edges()) {
+        if (topology.tagged_sharpness(e) > 0.0 || topology.is_boundary(e)) {
+            spoil(topology.start(e));
+            spoil(topology.end(e));
+        }
+    }
+    for (const VertexId v : topology.vertices()) {
+        char& entry = faces_around[v.index()];
+        entry = entry == 4 && topology.tagged_sharpness(v) == 0.0 ? 1 : 0;
+    }
+    return faces_around;
+}
+
+void RingExtractor::extract(const Topology& topology, FaceId face) {
+    topology_ = &topology;
+    own_first_ = topology.corners(face)[0];
+    own_ = topology.size(face);
+    faces_.clear();
+    neighbour_.clear();
+    parent_.clear();
+    spokes_.clear();
+    key_.clear();
+    add_face(own_first_);
+    for (int i = 0; i < own_; ++i) {
+        const CornerId across = topology.twin(own_corner(i));
+        neighbour_.push_back(across.valid() ? add_face(across) : -1);
+    }
+    put_size(own_);
+    for (int i = 0; i < own_; ++i) walk(i);
+    number_slots();
+}
+
+void RingExtractor::extract_plain(const Topology& topology, FaceId face) {
+    // Slots as extract() numbers them: own vertices, two of each neighbour, one of each diagonal.
+    vertices_.resize(16);
+    const auto corners = topology.corners(face);
+    for (int i = 0; i < 4; ++i) {
+        const CornerId across = topology.twin(corners[i]);
+        const CornerId beyond = topology.next(topology.next(across));
+        vertices_[std::size_t(i)] = topology.vertex(corners[i]).value;
+        vertices_[std::size_t(4 + 2 * i)] = topology.vertex(beyond).value;
+        vertices_[std::size_t(5 + 2 * i)] = topology.vertex(topology.next(beyond)).value;
+        // Past the neighbour's edge that leaves vertex i: the diagonal face.
+        const CornerId diagonal = topology.twin(topology.next(across));
+        vertices_[std::size_t(12 + i)] = topology.vertex(topology.previous(diagonal)).value;
+    }
+}
+
+std::shared_ptr<const Topology> RingExtractor::local_topology() const {
+    mesh::TopologyInput input;
+    input.vertex_count = static_cast<int>(vertices_.size());
+    for (std::size_t f = 0; f < faces_.size(); ++f) {
+        input.face_sizes.push_back(faces_[f].size);
+        for (int k = 0; k < faces_[f].size; ++k) input.face_vertices.push_back(slot(int(f), k));
+    }
+    for (const Spoke& s : spokes_) {
+        if (s.sharpness > 0.0) {
+            const int size = faces_[std::size_t(s.face)].size;
+            input.creases.push_back(
+                {slot(s.face, s.position), slot(s.face, (s.position + 1) % size), s.sharpness});
+        }
+    }
+    for (int i = 0; i < own_; ++i) {
+        const double sharpness = topology_->sharpness(topology_->vertex(own_corner(i)));
+        if (sharpness > 0.0) input.corners.push_back({i, sharpness});
+    }
+    return std::make_shared<const Topology>(input);
+}
+
+int RingExtractor::add_face(CornerId first) {
+    const int begin = static_cast<int>(parent_.size());
+    const int size = topology_->size(topology_->face(first));
+    for (int k = 0; k < size; ++k) parent_.push_back(begin + k);
+    faces_.push_back({first, size, begin});
+    return static_cast<int>(faces_.size()) - 1;
+}
+
+/// Position of `c` within face copy `f`, counted from the copy's first corner.
+int RingExtractor::position(int f, CornerId c) const {
+    const FaceCopy& copy = faces_[std::size_t(f)];
+    const int offset = c.value - copy.first.value;
+    return offset < 0 ? offset + copy.size : offset;
+}
+
+int RingExtractor::root(int node) {
+    while (parent_[std::size_t(node)] != node) node = parent_[std::size_t(node)];
+    return node;
+}
+
+void RingExtractor::unite(int f, int k, int g, int l) {
+    const FaceCopy& a = faces_[std::size_t(f)];
+    const FaceCopy& b = faces_[std::size_t(g)];
+    const int x = root(a.begin + (k == a.size ? 0 : k));
+    const int y = root(b.begin + (l == b.size ? 0 : l));
+    parent_[std::size_t(std::max(x, y))] = std::min(x, y);
+}
+
+// The key is a string of bytes that can be read in one way only.
+void RingExtractor::put_size(int size) {
+    if (size < 255) {
+        key_.push_back(static_cast<char>(size));
+    } else {
+        key_.push_back(static_cast<char>(255));
+        key_.append(reinterpret_cast<const char*>(&size), sizeof size);
+    }
+}
+
+void RingExtractor::put_sharpness(double sharpness) {
+    if (sharpness == 0.0) {
+        key_.push_back('s');
+    } else if (std::isinf(sharpness)) {
+        key_.push_back('i');
+    } else {
+        key_.push_back('f');
+        key_.append(reinterpret_cast<const char*>(&sharpness), sizeof sharpness);
+    }
+}
+
+void RingExtractor::note_spoke(int f, int position, CornerId c) {
+    const double sharpness = topology_->sharpness(topology_->edge(c));
+    spokes_.push_back({f, position, sharpness});
+    put_sharpness(sharpness);
+}
+
+/// Glues the faces around own vertex `i` along its edges and writes what is met into the key.
+void RingExtractor::walk(int i) {
+    const CornerId start = own_corner(i);
+    const int before = i == 0 ? own_ - 1 : i - 1;
+    put_sharpness(topology_->sharpness(topology_->vertex(start)));
+    note_spoke(0, i, start);
+    // Counter-clockwise from the face: first across the edge that arrives at the vertex.
+    int f = 0;
+    CornerId c = start;
+    for (int step = 0;; ++step) {
+        const CornerId arriving = topology_->previous(c);
+        const CornerId next = topology_->twin(arriving);
+        note_spoke(f, position(f, arriving), arriving);
+        if (!next.valid()) {
+            put_size(0);
+            walk_clockwise(i, start);
+            return;
+        }
+        if (next == start) return;
+        const bool last = topology_->twin(topology_->previous(next)) == start;
+        const int g = step == 0 ? neighbour_[std::size_t(before)]
+                      : last    ? neighbour_[std::size_t(i)]
+                                : add_face(next);
+        put_size(faces_[std::size_t(g)].size);
+        glue(f, arriving, g, next);
+        if (last) glue(g, topology_->previous(next), 0, start);
+        f = g;
+        c = next;
+    }
+}
+
+void RingExtractor::walk_clockwise(int i, CornerId start) {
+    int f = 0;
+    CornerId c = start;
+    for (int step = 0;; ++step) {
+        const CornerId arriving = topology_->twin(c);
+        if (!arriving.valid()) {
+            put_size(0);
+            return;
+        }
+        const CornerId next = topology_->next(arriving);
+        const int g = step == 0 ? neighbour_[std::size_t(i)] : add_face(next);
+        put_size(faces_[std::size_t(g)].size);
+        glue(g, arriving, f, c);
+        note_spoke(g, position(g, next), next);
+        f = g;
+        c = next;
+    }
+}
+
+/// Identifies the ends of an edge that `f` runs as `arriving` and `g` as its twin `leaving`.
+void RingExtractor::glue(int f, CornerId arriving, int g, CornerId leaving) {
+    const int k = position(f, arriving);
+    const int l = position(g, leaving);
+    unite(f, k, g, l + 1);
+    unite(f, k + 1, g, l);
+}
+
+void RingExtractor::number_slots() {
+    slot_.assign(parent_.size(), -1);
+    vertices_.clear();
+    for (const FaceCopy& f : faces_) {
+        CornerId c = f.first;
+        for (int k = 0; k < f.size; ++k, c = topology_->next(c)) {
+            const int node = f.begin + k;
+            // A root is the lowest node of its set: it is met, and numbered, first.
+            const int number_of = root(node);
+            if (number_of == node) {
+                slot_[std::size_t(node)] = static_cast<int>(vertices_.size());
+                vertices_.push_back(topology_->vertex(c).value);
+            } else {
+                slot_[std::size_t(node)] = slot_[std::size_t(number_of)];
+            }
+        }
+    }
+}
+
+}  // namespace patchwright::subd

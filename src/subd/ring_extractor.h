@@ -1,0 +1,94 @@
+// Reads the neighbourhood of a face off a mesh, in the numbering that kinds are made in.
+#pragma once
+
+#include <patchwright/mesh/topology.h>
+#include <patchwright/subd/ring.h>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace patchwright::subd {
+
+/// One entry a vertex: whether it is smooth, inside, has four quads around it and no sharp edge.
+std::vector<char> plain_vertices(const mesh::Topology& topology);
+
+/// Gathers the faces around one face as if nothing else of the mesh existed: places where the mesh
+/// closes up outside the face's own vertices are not glued, so that equal kinds give equal slots.
+/// Reusable: allocates only until its buffers have grown to the largest neighbourhood. One a
+/// thread.
+class RingExtractor {
+  public:
+    /// Reads the neighbourhood of `face`; what the other functions return belongs to it until the
+    /// next call.
+    void extract(const mesh::Topology& topology, mesh::FaceId face);
+
+    /// The same for a quad whose vertices are all plain_vertices(): only vertices() is set.
+    void extract_plain(const mesh::Topology& topology, mesh::FaceId face);
+
+    /// Equal for neighbourhoods of one kind, different for others.
+    [[nodiscard]] const std::string& key() const { return key_; }
+    /// The vertex in each slot.
+    [[nodiscard]] std::span<const std::int32_t> vertices() const { return vertices_; }
+    /// The neighbourhood as a mesh of its own: the face is number 0, slots are vertices.
+    [[nodiscard]] std::shared_ptr<const mesh::Topology> local_topology() const;
+
+  private:
+    struct FaceCopy {
+        mesh::CornerId first;
+        int size;
+        int begin;  // of its nodes, one a corner
+    };
+    struct Spoke {
+        int face, position;
+        double sharpness;
+    };
+
+    [[nodiscard]] mesh::CornerId own_corner(int i) const {
+        return mesh::CornerId{own_first_.value + i};
+    }
+    int add_face(mesh::CornerId first);
+    [[nodiscard]] int position(int f, mesh::CornerId c) const;
+    int root(int node);
+    void unite(int f, int k, int g, int l);
+    void put_size(int size);
+    void put_sharpness(double sharpness);
+    void note_spoke(int f, int position, mesh::CornerId c);
+    void walk(int i);
+    void walk_clockwise(int i, mesh::CornerId start);
+    void glue(int f, mesh::CornerId arriving, int g, mesh::CornerId leaving);
+    void number_slots();
+    [[nodiscard]] int slot(int f, int k) const {
+        return slot_[std::size_t(faces_[std::size_t(f)].begin + k)];
+    }
+
+    const mesh::Topology* topology_ = nullptr;
+    mesh::CornerId own_first_;
+    int own_ = 0;
+    std::vector<FaceCopy> faces_;
+    std::vector<int> neighbour_;  // per own edge: face copy across it, -1 at a boundary
+    std::vector<int> parent_;     // union-find over nodes
+    std::vector<int> slot_;
+    std::vector<Spoke> spokes_;
+    std::vector<std::int32_t> vertices_;
+    std::string key_;
+};
+
+/// Extracts the neighbourhood of a face, the short way where it can.
+/// @param plain  plain_vertices() of the topology
+inline const RingKind& extract_ring(RingTable& table, RingExtractor& ring,
+                                    const mesh::Topology& topology, const std::vector<char>& plain,
+                                    mesh::FaceId face) {
+    const auto corners = topology.corners(face);
+    const auto is_plain = [&](int i) { return plain[topology.vertex(corners[i]).index()] != 0; };
+    if (corners.size() == 4 && is_plain(0) && is_plain(1) && is_plain(2) && is_plain(3)) {
+        ring.extract_plain(topology, face);
+        return table.plain();
+    }
+    ring.extract(topology, face);
+    return table.kind(ring);
+}
+
+}  // namespace patchwright::subd
