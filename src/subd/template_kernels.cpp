@@ -2,14 +2,6 @@
 
 #include <cstring>
 
-// One version for processors with AVX2 and fused multiply-add, one for all others, chosen when the
-// program starts. Sanitizers run before that choice can be made.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define PATCHWRIGHT_VECTOR_CLONES __attribute__((target_clones("arch=haswell", "default")))
-#else
-#define PATCHWRIGHT_VECTOR_CLONES
-#endif
 #define PATCHWRIGHT_INLINE [[gnu::always_inline]] inline
 
 #pragma GCC diagnostic ignored "-Wpsabi"  // vectors are passed between inlined functions only
@@ -116,9 +108,9 @@ PATCHWRIGHT_INLINE void in_blocks(int rows, const Block& block) {
     }
 }
 
-PATCHWRIGHT_VECTOR_CLONES
-void apply_sites(int sites, int samples, int slots, const double* table, int stride,
-                 const std::int32_t* vertices, const double* x, double* y) {
+PATCHWRIGHT_INLINE void apply_sites(int sites, int samples, int slots, const double* table,
+                                    int stride, const std::int32_t* vertices, const double* x,
+                                    double* y) {
     for (int site = 0; site < sites; ++site) {
         in_blocks(
             samples, [&]<int Blocks>(int begin, int count) __attribute__((always_inline)) {
@@ -135,9 +127,9 @@ void apply_sites(int sites, int samples, int slots, const double* table, int str
     }
 }
 
-PATCHWRIGHT_VECTOR_CLONES
-void transposed_sites(int sites, int samples, int slots, const double* table, int stride,
-                      const std::int32_t* vertices, const double* y, double* x) {
+PATCHWRIGHT_INLINE void transposed_sites(int sites, int samples, int slots, const double* table,
+                                         int stride, const std::int32_t* vertices, const double* y,
+                                         double* x) {
     for (int site = 0; site < sites; ++site) {
         in_blocks(
             slots, [&]<int Blocks>(int begin, int count) __attribute__((always_inline)) {
@@ -148,6 +140,31 @@ void transposed_sites(int sites, int samples, int slots, const double* table, in
         y += 3 * std::ptrdiff_t(samples);
     }
 }
+
+// Each loop once for any processor and, on x86, once for those with AVX2 and fused multiply-add.
+using Loop = void (*)(int, int, int, const double*, int, const std::int32_t*, const double*,
+                      double*);
+#define PATCHWRIGHT_LOOP(name, body)                                              \
+    void name(int sites, int samples, int slots, const double* table, int stride, \
+              const std::int32_t* vertices, const double* from, double* to) {     \
+        body(sites, samples, slots, table, stride, vertices, from, to);           \
+    }
+PATCHWRIGHT_LOOP(apply_any, apply_sites)
+PATCHWRIGHT_LOOP(transposed_any, transposed_sites)
+#if defined(__x86_64__)
+[[gnu::target("avx2,fma")]] PATCHWRIGHT_LOOP(apply_avx2, apply_sites)
+    [[gnu::target("avx2,fma")]] PATCHWRIGHT_LOOP(transposed_avx2, transposed_sites)
+
+        bool has_avx2() {
+    static const bool has = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+    return has;
+}
+Loop apply_loop() { return has_avx2() ? apply_avx2 : apply_any; }
+Loop transposed_loop() { return has_avx2() ? transposed_avx2 : transposed_any; }
+#else
+Loop apply_loop() { return apply_any; }
+Loop transposed_loop() { return transposed_any; }
+#endif
 
 }  // namespace
 
@@ -165,12 +182,12 @@ void MaskTable::set(int sample, int slot, double weight) {
 }
 
 void MaskTable::apply(int sites, const std::int32_t* vertices, const double* x, double* y) const {
-    apply_sites(sites, samples_, slots_, by_slot_.data(), padded_samples_, vertices, x, y);
+    apply_loop()(sites, samples_, slots_, by_slot_.data(), padded_samples_, vertices, x, y);
 }
 
 void MaskTable::add_transposed(int sites, const std::int32_t* vertices, const double* y,
                                double* x) const {
-    transposed_sites(sites, samples_, slots_, by_sample_.data(), padded_slots_, vertices, y, x);
+    transposed_loop()(sites, samples_, slots_, by_sample_.data(), padded_slots_, vertices, y, x);
 }
 
 }  // namespace patchwright::subd

@@ -56,32 +56,22 @@ class LimitOperator {
     struct Template;
     /// Consecutive sites that one task handles.
     struct Chunk {
-        std::size_t begin, end;                           // sites
-        std::size_t slot_begin;                           // into slot_vertices_
-        std::size_t shared_begin;                         // into shared_sites_
-        std::size_t shared_slot_begin;                    // into shared_slots_
-        std::int32_t partial_begin = 0, partial_end = 0;  // its rows of the partial sums
+        std::size_t begin, end;
+        std::vector<std::int32_t> slot_vertices;  // site after site
     };
 
-    void find_shared_sites();
-    /// Calls `visit(template, number of sites, first row, first slot)` for runs of equal sites.
+    void colour_chunks();
+    /// Calls `visit(template, first site, end, their slots' vertices)` for runs of equal sites.
     template <class Visit>
     void for_runs(const Chunk& chunk, const Visit& visit) const;
-    void reduce_partials(const geom::Points& partial, geom::Points& x) const;
 
     int columns_ = 0;
     std::vector<Template> templates_;
     std::vector<std::int32_t> site_template_;
-    std::vector<std::int32_t> site_rows_{0};   // sites + 1
-    std::vector<std::int32_t> slot_vertices_;  // site after site
+    std::vector<std::int32_t> site_rows_{0};  // sites + 1
     std::vector<Chunk> chunks_;
-    // Sites that touch vertices of other chunks add to a part of the chunk's own, whose rows are
-    // added to the sum afterwards in the order of chunks.
-    std::vector<std::int32_t> shared_sites_;     // rising
-    std::vector<std::int32_t> shared_slots_;     // rows of the partial sums, site after site
-    std::vector<std::int32_t> reduced_vertex_;   // vertices with partial sums, rising
-    std::vector<std::int32_t> reduced_begin_;    // their entries in reduced_partial_
-    std::vector<std::int32_t> reduced_partial_;  // rows of the partial sums
+    // Chunks of one colour have no vertex in common: they add to a sum at the same time.
+    std::vector<std::vector<std::int32_t>> colours_;
 };
 
 }  // namespace patchwright::subd
