@@ -165,7 +165,7 @@ RingMask ring_mask(const RingKind& kind, double u, double v, int sector, int ord
 
 LimitEvaluator::LimitEvaluator(std::shared_ptr<const mesh::Topology> topology)
     : topology_(std::move(topology)),
-      plain_(plain_vertices(*topology_)),
+      smooth_(smooth_valences(*topology_)),
       table_(std::make_unique<RingTable>()) {}
 
 void LimitEvaluator::check(const Location& at) const {
@@ -187,7 +187,7 @@ Mask LimitEvaluator::mask(const Location& at, int order) const {
     if (order < 0 || order > 2) throw base::InvalidArgument("masks have order 0, 1 or 2");
     auto& [ring, work] = scratch();
     Mask mask;
-    mask.smoothness = mask_rows(extract_ring(*table_, ring, *topology_, plain_, at.face), at.u,
+    mask.smoothness = mask_rows(extract_ring(*table_, ring, *topology_, smooth_, at.face), at.u,
                                 at.v, at.sector, order, work);
     const auto filled = ring.vertices();
     mask.vertices.assign(filled.begin(), filled.end());
@@ -210,7 +210,7 @@ LimitPoint LimitEvaluator::evaluate(const geom::Points& points, const Location& 
     if (order < 0 || order > 2) throw base::InvalidArgument("derivatives have order 0, 1 or 2");
     auto& [ring, work] = scratch();
     LimitPoint point;
-    point.smoothness = mask_rows(extract_ring(*table_, ring, *topology_, plain_, at.face), at.u,
+    point.smoothness = mask_rows(extract_ring(*table_, ring, *topology_, smooth_, at.face), at.u,
                                  at.v, at.sector, order, work);
     const auto rows = work.rows();
     const auto vertices = ring.vertices();

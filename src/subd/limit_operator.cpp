@@ -102,7 +102,7 @@ LimitOperator::LimitOperator(const mesh::Topology& topology, const std::vector<P
                              std::span<const Site> sites, int order)
     : columns_(topology.vertex_count()) {
     check_sites(topology, sets, sites);
-    const std::vector<char> plain = plain_vertices(topology);
+    const std::vector<std::uint8_t> smooth = smooth_valences(topology);
     RingTable table;
     site_template_.resize(sites.size());
     site_rows_.resize(sites.size() + 1);
@@ -120,7 +120,7 @@ LimitOperator::LimitOperator(const mesh::Topology& topology, const std::vector<P
             slot_vertices.reserve(20 * (chunk.end - chunk.begin));
             for (std::size_t i = chunk.begin; i < chunk.end; ++i) {
                 const Site& site = sites[i];
-                const RingKind& kind = extract_ring(table, ring, topology, plain, site.face);
+                const RingKind& kind = extract_ring(table, ring, topology, smooth, site.face);
                 site_template_[i] = met[c].find({&kind, site.sector, site.set});
                 const auto vertices = ring.vertices();
                 slot_vertices.insert(slot_vertices.end(), vertices.begin(), vertices.end());

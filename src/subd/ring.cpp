@@ -228,20 +228,7 @@ RingKind::Contraction RingKind::make_contraction(int i) const {
     return powers;
 }
 
-RingTable::RingTable() {
-    // The middle face of a 3 x 3 grid.
-    mesh::TopologyInput grid;
-    grid.vertex_count = 16;
-    for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) {
-            grid.face_sizes.push_back(4);
-            const int v = 4 * i + j;
-            for (const int corner : {v, v + 4, v + 5, v + 1}) grid.face_vertices.push_back(corner);
-        }
-    }
-    plain_ = ring(Topology(grid), FaceId{4}).kind;
-}
-
+RingTable::RingTable() = default;
 RingTable::~RingTable() = default;
 
 Ring RingTable::ring(const Topology& topology, FaceId f) {

@@ -11,14 +11,14 @@ using mesh::FaceId;
 using mesh::Topology;
 using mesh::VertexId;
 
-std::vector<char> plain_vertices(const Topology& topology) {
-    std::vector<char> faces_around(std::size_t(topology.vertex_count()), 0);
-    // Anything above four means "not plain" and must not wrap around.
-    constexpr char never = 100;
+std::vector<std::uint8_t> smooth_valences(const Topology& topology) {
+    std::vector<std::uint8_t> faces_around(std::size_t(topology.vertex_count()), 0);
+    // Counts beyond all valences mean "not smooth" and must not wrap around.
+    constexpr std::uint8_t never = 100;
     const auto spoil = [&](VertexId v) { faces_around[v.index()] = never; };
     for (const FaceId f : topology.faces()) {
         for (const CornerId c : topology.corners(f)) {
-            char& count = faces_around[topology.vertex(c).index()];
+            std::uint8_t& count = faces_around[topology.vertex(c).index()];
             if (count < never) ++count;
         }
     }
@@ -35,8 +35,8 @@ std::vector<char> plain_vertices(const Topology& topology) {
         }
     }
     for (const VertexId v : topology.vertices()) {
-        char& entry = faces_around[v.index()];
-        entry = entry == 4 && topology.tagged_sharpness(v) == 0.0 ? 1 : 0;
+        std::uint8_t& valence = faces_around[v.index()];
+        if (valence < 3 || valence > 10 || topology.tagged_sharpness(v) > 0.0) valence = 0;
     }
     return faces_around;
 }
@@ -60,19 +60,32 @@ void RingExtractor::extract(const Topology& topology, FaceId face) {
     number_slots();
 }
 
-void RingExtractor::extract_plain(const Topology& topology, FaceId face) {
-    // Slots as extract() numbers them: own vertices, two of each neighbour, one of each diagonal.
-    vertices_.resize(16);
+void RingExtractor::extract_smooth(const Topology& topology, FaceId face,
+                                   const std::array<std::uint8_t, 4>& valences) {
+    // In the order in which extract() numbers slots: own vertices, those of the neighbours across
+    // edges, then around each own vertex those of the faces between two neighbours.
     const auto corners = topology.corners(face);
+    vertices_.clear();
+    const auto add = [&](CornerId c) { vertices_.push_back(topology.vertex(c).value); };
+    CornerId across[4];
     for (int i = 0; i < 4; ++i) {
-        const CornerId across = topology.twin(corners[i]);
-        const CornerId beyond = topology.next(topology.next(across));
-        vertices_[std::size_t(i)] = topology.vertex(corners[i]).value;
-        vertices_[std::size_t(4 + 2 * i)] = topology.vertex(beyond).value;
-        vertices_[std::size_t(5 + 2 * i)] = topology.vertex(topology.next(beyond)).value;
-        // Past the neighbour's edge that leaves vertex i: the diagonal face.
-        const CornerId diagonal = topology.twin(topology.next(across));
-        vertices_[std::size_t(12 + i)] = topology.vertex(topology.previous(diagonal)).value;
+        add(corners[i]);
+        across[i] = topology.twin(corners[i]);
+    }
+    for (int i = 0; i < 4; ++i) {
+        // With three faces around a vertex two neighbours share an edge that leaves it.
+        const CornerId beyond = topology.next(topology.next(across[i]));
+        if (i == 0 || valences[std::size_t(i)] != 3) add(beyond);
+        if (i != 3 || valences[0] != 3) add(topology.next(beyond));
+    }
+    for (int i = 0; i < 4; ++i) {
+        CornerId leaving = across[i == 0 ? 3 : i - 1];  // of vertex i, in the face last met
+        for (int between = valences[std::size_t(i)] - 3; between > 0; --between) {
+            leaving = topology.rotate(leaving);
+            const CornerId far = topology.next(topology.next(leaving));
+            add(far);
+            if (between > 1) add(topology.next(far));
+        }
     }
 }
 
@@ -227,6 +240,29 @@ void RingExtractor::number_slots() {
             }
         }
     }
+}
+
+const RingKind& extract_ring(RingTable& table, RingExtractor& ring, const Topology& topology,
+                             const std::vector<std::uint8_t>& smooth, FaceId face) {
+    const auto corners = topology.corners(face);
+    if (corners.size() == 4) {
+        std::array<std::uint8_t, 4> valences;
+        bool all = true;
+        for (int i = 0; i < 4; ++i) {
+            valences[std::size_t(i)] = smooth[topology.vertex(corners[i]).index()];
+            all = all && valences[std::size_t(i)] != 0;
+        }
+        if (all) {
+            if (const RingKind* kind = table.smooth_kind(valences)) {
+                ring.extract_smooth(topology, face, valences);
+                return *kind;
+            }
+            ring.extract(topology, face);
+            return table.add_smooth_kind(valences, table.kind(ring));
+        }
+    }
+    ring.extract(topology, face);
+    return table.kind(ring);
 }
 
 }  // namespace patchwright::subd

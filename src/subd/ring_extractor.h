@@ -4,6 +4,7 @@
 #include <patchwright/mesh/topology.h>
 #include <patchwright/subd/ring.h>
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -12,8 +13,9 @@
 
 namespace patchwright::subd {
 
-/// One entry a vertex: whether it is smooth, inside, has four quads around it and no sharp edge.
-std::vector<char> plain_vertices(const mesh::Topology& topology);
+/// One entry a vertex: its valence where it is smooth, inside, has quads and no sharp edge around
+/// it and 3 to 10 of them; 0 elsewhere.
+std::vector<std::uint8_t> smooth_valences(const mesh::Topology& topology);
 
 /// Gathers the faces around one face as if nothing else of the mesh existed: places where the mesh
 /// closes up outside the face's own vertices are not glued, so that equal kinds give equal slots.
@@ -25,8 +27,10 @@ class RingExtractor {
     /// next call.
     void extract(const mesh::Topology& topology, mesh::FaceId face);
 
-    /// The same for a quad whose vertices are all plain_vertices(): only vertices() is set.
-    void extract_plain(const mesh::Topology& topology, mesh::FaceId face);
+    /// The same for a quad whose vertices all have smooth_valences(), given in order; key() and
+    /// local_topology() are not set.
+    void extract_smooth(const mesh::Topology& topology, mesh::FaceId face,
+                        const std::array<std::uint8_t, 4>& valences);
 
     /// Equal for neighbourhoods of one kind, different for others.
     [[nodiscard]] const std::string& key() const { return key_; }
@@ -77,18 +81,8 @@ class RingExtractor {
 };
 
 /// Extracts the neighbourhood of a face, the short way where it can.
-/// @param plain  plain_vertices() of the topology
-inline const RingKind& extract_ring(RingTable& table, RingExtractor& ring,
-                                    const mesh::Topology& topology, const std::vector<char>& plain,
-                                    mesh::FaceId face) {
-    const auto corners = topology.corners(face);
-    const auto is_plain = [&](int i) { return plain[topology.vertex(corners[i]).index()] != 0; };
-    if (corners.size() == 4 && is_plain(0) && is_plain(1) && is_plain(2) && is_plain(3)) {
-        ring.extract_plain(topology, face);
-        return table.plain();
-    }
-    ring.extract(topology, face);
-    return table.kind(ring);
-}
+/// @param smooth  smooth_valences() of the topology
+const RingKind& extract_ring(RingTable& table, RingExtractor& ring, const mesh::Topology& topology,
+                             const std::vector<std::uint8_t>& smooth, mesh::FaceId face);
 
 }  // namespace patchwright::subd

@@ -79,7 +79,7 @@ class LimitEvaluator {
     void check(const Location& at) const;
 
     std::shared_ptr<const mesh::Topology> topology_;
-    std::vector<char> plain_;  // see plain_vertices() of ring_extractor.h
+    std::vector<std::uint8_t> smooth_;  // see smooth_valences() of ring_extractor.h
     std::unique_ptr<RingTable> table_;
 };
 

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -125,8 +126,16 @@ class RingTable {
     /// The kind of the neighbourhood that was extracted last; the ring's vertices are the
     /// extractor's.
     [[nodiscard]] const RingKind& kind(const RingExtractor& extracted);
-    /// The kind inside a regular grid: 16 slots.
-    [[nodiscard]] const RingKind& plain() const { return *plain_; }
+    /// The kind of a quad among quads without features whose vertices have these valences, 3 to 10
+    /// each; null until it was added.
+    [[nodiscard]] const RingKind* smooth_kind(const std::array<std::uint8_t, 4>& valences) const {
+        return smooth_[smooth_index(valences)].load(std::memory_order_acquire);
+    }
+    const RingKind& add_smooth_kind(const std::array<std::uint8_t, 4>& valences,
+                                    const RingKind& kind) {
+        smooth_[smooth_index(valences)].store(&kind, std::memory_order_release);
+        return kind;
+    }
 
     [[nodiscard]] int kind_count() const;
 
@@ -139,7 +148,13 @@ class RingTable {
     };
     mutable std::shared_mutex mutex_;
     std::unordered_map<std::string, std::unique_ptr<RingKind>, KeyHash, std::equal_to<>> kinds_;
-    const RingKind* plain_ = nullptr;
+    // Most faces are of these kinds: found without key or lock.
+    static std::size_t smooth_index(const std::array<std::uint8_t, 4>& valences) {
+        std::size_t index = 0;
+        for (const std::uint8_t valence : valences) index = 8 * index + (valence - 3U);
+        return index;
+    }
+    std::array<std::atomic<const RingKind*>, 4096> smooth_{};
 };
 
 }  // namespace patchwright::subd
