@@ -204,6 +204,35 @@ Mask LimitEvaluator::mask(const Location& at, int order) const {
     return mask;
 }
 
+Mask relative_to_coarser(const Mask& mask, const Stencils& stencils) {
+    Mask result;
+    result.smoothness = mask.smoothness;
+    const auto entries = [&](std::size_t k) {
+        const auto row = std::size_t(mask.vertices[k]);
+        return std::pair{std::size_t(stencils.begin[row]), std::size_t(stencils.begin[row + 1])};
+    };
+    for (std::size_t k = 0; k < mask.vertices.size(); ++k) {
+        const auto [begin, end] = entries(k);
+        result.vertices.insert(result.vertices.end(),
+                               stencils.index.begin() + std::ptrdiff_t(begin),
+                               stencils.index.begin() + std::ptrdiff_t(end));
+    }
+    std::sort(result.vertices.begin(), result.vertices.end());
+    result.vertices.erase(std::unique(result.vertices.begin(), result.vertices.end()),
+                          result.vertices.end());
+    result.rows = Eigen::MatrixXd::Zero(mask.rows.rows(), Eigen::Index(result.vertices.size()));
+    for (std::size_t k = 0; k < mask.vertices.size(); ++k) {
+        const auto [begin, end] = entries(k);
+        for (std::size_t e = begin; e < end; ++e) {
+            const auto column = std::lower_bound(result.vertices.begin(), result.vertices.end(),
+                                                 stencils.index[e]) -
+                                result.vertices.begin();
+            result.rows.col(column) += stencils.weight[e] * mask.rows.col(Eigen::Index(k));
+        }
+    }
+    return result;
+}
+
 LimitPoint LimitEvaluator::evaluate(const geom::Points& points, const Location& at,
                                     int order) const {
     check(at);

@@ -3,6 +3,7 @@
 
 #include <patchwright/mesh/cage.h>
 #include <patchwright/subd/ring.h>
+#include <patchwright/subd/stencils.h>
 
 #include <memory>
 
@@ -49,6 +50,11 @@ struct Mask {
     Eigen::MatrixXd rows;                ///< as in RingMask, over `vertices`; sums 1, 0, 0, ...
     Smoothness smoothness = Smoothness::Derivatives;
 };
+
+/// The same point over the vertices of a coarser level: the product T S of masks and subdivision
+/// matrix.
+/// @pre stencils has a row for each of the mask's vertices
+Mask relative_to_coarser(const Mask& mask, const Stencils& stencils);
 
 /// A point of the limit surface.
 struct LimitPoint {

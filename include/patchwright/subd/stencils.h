@@ -18,7 +18,14 @@ struct Stencils {
     [[nodiscard]] int rows() const { return static_cast<int>(begin.size()) - 1; }
     /// @pre coarse.rows() == columns
     [[nodiscard]] geom::Points apply(const geom::Points& coarse) const;
+    /// Indices of a row rise.
+    [[nodiscard]] Stencils transposed() const;
 };
+
+/// The product `fine` * `coarse`: from the coarsest points to the finest in one step. Indices of a
+/// row rise.
+/// @pre  fine.columns == coarse.rows()
+Stencils multiply(const Stencils& fine, const Stencils& coarse);
 
 /// One row under construction; adding to an index twice sums up.
 class StencilRow {
