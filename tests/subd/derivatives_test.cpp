@@ -25,8 +25,8 @@ struct Differences {
 };
 
 /// Bfr replaces the surface near extraordinary vertices by approximations from its last level on,
-/// so interior parameters keep `margin` away from the sides; sides and vertices are compared on
-/// positions.
+/// so parameters keep `margin` away from them. Of five points three are inside faces, one on a side
+/// and one a vertex, where positions are compared.
 Differences difference_to_bfr(const mesh::Cage& cage, unsigned seed, int points, double margin) {
     const auto refiner = test::osd_refiner(*cage.topology);
     const Bfr::RefinerSurfaceFactory<> factory(
@@ -46,6 +46,7 @@ Differences difference_to_bfr(const mesh::Cage& cage, unsigned seed, int points,
         subd::Location at{f, inside(random), inside(random), 0};
         const bool is_vertex = k % 5 == 4;
         if (is_vertex) at.u = at.v = 0.0;
+        if (k % 5 == 3) (k % 2 == 0 ? at.u : at.v) = k % 4 < 2 || size != 4 ? 0.0 : 1.0;
         double uv[2] = {at.u, at.v};
         double scale = 1.0;
         if (size != 4) {
@@ -76,25 +77,61 @@ Differences difference_to_bfr(const mesh::Cage& cage, unsigned seed, int points,
 
 }  // namespace
 
-TEST_CASE("positions and derivatives are OpenSubdiv's for 300 random cages", "[subd][oracle]") {
-    for (unsigned seed = 0; seed < 300; ++seed) {
+TEST_CASE("positions and derivatives are OpenSubdiv's for 320 random cages", "[subd][oracle]") {
+    int float_means = 0;
+    for (unsigned seed = 0; seed < 320; ++seed) {
         CAPTURE(seed);
         const bool semi_sharp = seed % 3 == 2;
         const mesh::Cage cage =
             test::random_cage(seed, {.open = seed % 2 == 1,
                                      .crease_share = 0.1 * (seed % 5),
                                      .semi_sharp = semi_sharp,
+                                     .valence = seed % 4 == 3 ? 3 + int(seed / 4) % 18 : 0,
                                      .rule = seed % 4 < 2 ? mesh::BoundaryRule::EdgeOnly
                                                           : mesh::BoundaryRule::EdgeAndCorner});
-        const Differences d = difference_to_bfr(cage, seed, 50, 0.02);
-        // Fractional sharpness is a float in OpenSubdiv: it differs by up to 1e-7 of a blend.
-        const double slack = semi_sharp ? 1e6 : 1.0;
+        const Differences d = difference_to_bfr(cage, seed, 60, 0.02);
+        // Mean sharpnesses of three features are floats in OpenSubdiv, 1e-7 off a third: seen in a
+        // few cages with fractional sharpness.
+        const bool exact = d.position < 1e-12 && d.first < 1e-10 && d.second < 1e-8;
+        float_means += exact ? 0 : 1;
+        const double slack = semi_sharp && !exact ? 1e4 : 1.0;
         CHECK(d.position < 1e-12 * slack);
         // At ends and junctions of creases Bfr's vertices are those of its last level, off by 1e-5;
         // "limit points agree where faces meet" and the eigenvectors of "refining..." cover them.
         CHECK(d.vertex < (seed % 5 == 0 ? 1e-12 : 1e-4));
         CHECK(d.first < 1e-10 * slack);
         CHECK(d.second < 1e-8 * slack);
+    }
+    CHECK(float_means < 8);
+}
+
+TEST_CASE("close to features points are those of the deeply refined cage", "[subd][oracle]") {
+    // Where OpenSubdiv approximates: within 2^-5 of any vertex. Refinement is OpenSubdiv's to
+    // rounding (see refine_test), and on the fine cage the same points lie far from vertices.
+    constexpr int levels = 5;
+    for (unsigned seed = 0; seed < 12; ++seed) {
+        CAPTURE(seed);
+        const mesh::Cage cage = test::random_cage(seed, {.open = seed % 2 == 1,
+                                                         .crease_share = 0.3,
+                                                         .semi_sharp = seed % 3 == 0,
+                                                         .valence = seed % 4 == 3 ? 12 : 0});
+        const mesh::Cage fine = subd::refine(cage, levels);
+        const subd::LimitEvaluator near(cage.topology), far(fine.topology);
+        for (const FaceId f : cage.topology->faces()) {
+            const bool quad = cage.topology->size(f) == 4;
+            const double scale = std::ldexp(1.0, quad ? levels : levels - 1);
+            const FaceId child{cage.topology->corners(f)[0].value << (2 * (levels - 1))};
+            for (const auto& [u, v] : {std::pair{0.3, 0.4}, {0.9, 0.05}, {0.0, 0.6}, {0.1, 0.9}}) {
+                const subd::LimitPoint a = near.evaluate(cage.points, {f, u / scale, v / scale});
+                const subd::LimitPoint b = far.evaluate(fine.points, {child, u, v});
+                CHECK((a.position - b.position).norm() < 1e-12);
+                CHECK((a.du - scale * b.du).norm() < 1e-10 * (1 + a.du.norm()));
+                CHECK((a.dv - scale * b.dv).norm() < 1e-10 * (1 + a.dv.norm()));
+                // Rounding of fine points times 4^levels.
+                CHECK((a.duv - scale * scale * b.duv).norm() < 1e-8 * (1 + a.duv.norm()));
+                CHECK((a.dvv - scale * scale * b.dvv).norm() < 1e-8 * (1 + a.dvv.norm()));
+            }
+        }
     }
 }
 

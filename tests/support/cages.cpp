@@ -3,6 +3,7 @@
 #include <patchwright/base/error.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -39,6 +40,20 @@ void cube_grid(int n, std::vector<geom::Vec3>& points, std::vector<Polygon>& fac
     }
 }
 
+/// A closed surface of 2 n quads: two poles of valence n, all others of valence 3.
+void trapezohedron(int n, std::vector<geom::Vec3>& points, std::vector<Polygon>& faces) {
+    points = {{1, 1, 2}, {1, 1, 0}};
+    for (int k = 0; k < 2 * n; ++k) {
+        const double a = M_PI * k / n;
+        points.emplace_back(1 + std::cos(a), 1 + std::sin(a), 1.0 + (k % 2 == 0 ? 0.3 : -0.3));
+    }
+    const auto ring = [&](int k) { return 2 + (k + 2 * n) % (2 * n); };
+    for (int i = 0; i < n; ++i) {
+        faces.push_back({0, ring(2 * i), ring(2 * i + 1), ring(2 * i + 2)});
+        faces.push_back({1, ring(2 * i + 1), ring(2 * i), ring(2 * i - 1)});
+    }
+}
+
 /// Joins `b` to `a` across the edge they share; empty when they share none or more than one.
 Polygon join(const Polygon& a, const Polygon& b) {
     std::vector<std::pair<std::size_t, std::size_t>> shared;
@@ -69,7 +84,11 @@ mesh::Cage random_cage(unsigned seed, const RandomCageOptions& options) {
         };
         std::vector<geom::Vec3> points;
         std::vector<Polygon> faces;
-        cube_grid(2 + int(pick(2)), points, faces);
+        if (options.valence > 0) {
+            trapezohedron(options.valence, points, faces);
+        } else {
+            cube_grid(2 + int(pick(2)), points, faces);
+        }
         for (geom::Vec3& p : points) {
             for (int axis = 0; axis < 3; ++axis)
                 p[axis] += std::uniform_real_distribution<>(-0.2, 0.2)(random);
@@ -96,9 +115,8 @@ mesh::Cage random_cage(unsigned seed, const RandomCageOptions& options) {
         mesh::TopologyInput tags;
         tags.boundary_rule = options.rule;
         const auto sharpness = [&] {
-            return options.semi_sharp && chance(0.7)
-                       ? std::uniform_real_distribution<>(0.2, 3.0)(random)
-                       : mesh::infinite_sharpness;
+            return options.semi_sharp && chance(0.7) ? double(16 + pick(180)) / 64.0
+                                                     : mesh::infinite_sharpness;
         };
         for (const Polygon& face : faces) {
             for (std::size_t i = 0; i < face.size(); ++i) {

@@ -87,7 +87,8 @@ struct RandomCageOptions {
     bool open = false;        ///< leaves some faces away
     bool merge_faces = true;  ///< joins some quads into larger polygons
     double crease_share = 0.2;
-    bool semi_sharp = false;
+    bool semi_sharp = false;  ///< some sharpnesses finite, multiples of 1/64: exact as floats
+    int valence = 0;          ///< starts from two poles of this valence in place of a cube
     mesh::BoundaryRule rule = mesh::BoundaryRule::EdgeOnly;
 };
 
