@@ -5,6 +5,7 @@
 #include <patchwright/fit/cgls.h>
 #include <patchwright/fit/fit.h>
 #include <patchwright/subd/limit_operator.h>
+#include <patchwright/subd/normal_control.h>
 #include <patchwright/subd/refine.h>
 
 #include <fmt/format.h>
@@ -260,6 +261,7 @@ FitResult fit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
         level.vertices = result.cage.topology->vertex_count();
         level.faces = result.cage.topology->face_count();
         result.cage.points = LevelFit(result.cage, reference, options).run(level);
+        result.cage = subd::control_normals(result.cage);
         const Distances distances = measure(result.cage, reference, options.samples_per_edge);
         level.samples = static_cast<int>(distances.count);
         level.rms_mm = distances.rms();

@@ -34,6 +34,21 @@ class Checker {
         return flipped;
     }
 
+    /// @param topology  of the same input, but for the sectors
+    void check_sectors(const Topology& topology, const std::vector<SectorTagInput>& sectors) const {
+        for (const SectorTagInput& tag : sectors) {
+            const VertexId v{tag.vertex};
+            const CornerId c = find_corner(topology, FaceId{tag.face}, v);
+            if (!c.valid()) {
+                fail("sector: face {} has no vertex {}", tag.face, tag.vertex);
+            }
+            if (tag.angle > 0.0 && sector_corners(topology, c).empty()) {
+                fail("sector at vertex {}, face {}: no infinitely sharp edges bound it", tag.vertex,
+                     tag.face);
+            }
+        }
+    }
+
     /// @pre the input is oriented; every inner vertex then has one closed fan, others one open fan
     void check_fans(const Topology& topology) const {
         std::vector<int> incidences(std::size_t(input_.vertex_count), 0);
@@ -247,6 +262,21 @@ class Checker {
             check_sharpness(fmt::format("corner {}", tag.vertex), tag.sharpness);
         }
         for (const int v : input_.pins) check_vertex("pin", v);
+        for (const SectorTagInput& tag : input_.sectors) {
+            check_vertex("sector", tag.vertex);
+            const auto faces = static_cast<int>(input_.face_sizes.size());
+            if (tag.face < 0 || tag.face >= faces) {
+                fail("sector names face {}, but there are {}", tag.face, faces);
+            }
+            if (!(tag.angle >= 0.0 && tag.angle < 2.0 * M_PI)) {
+                fail("sector at vertex {}: angle {} degrees is not within 0 and 360", tag.vertex,
+                     tag.angle * 180.0 / M_PI);
+            }
+            for (const double n : tag.normal) {
+                if (!std::isfinite(n))
+                    fail("sector at vertex {}: normal is not finite", tag.vertex);
+            }
+        }
     }
 
     TopologyInput& input_;
@@ -266,8 +296,15 @@ BuildResult build_cage(TopologyInput input, geom::Points points, std::string_vie
     Checker checker(input, points, source);
     BuildResult result;
     result.flipped_faces = checker.run();
+    std::vector<SectorTagInput> sectors;
+    std::swap(sectors, input.sectors);  // they need fans that were checked
     auto topology = std::make_shared<const Topology>(input);
     checker.check_fans(*topology);
+    if (!sectors.empty()) {
+        checker.check_sectors(*topology, sectors);
+        std::swap(sectors, input.sectors);
+        topology = std::make_shared<const Topology>(input);
+    }
     result.cage = {std::move(topology), std::move(points)};
     return result;
 }
@@ -282,6 +319,7 @@ bool is_extraordinary(const Topology& topology, VertexId v) {
     do {
         if (sharp(c) && c != first) sectors.push_back(0);
         ++sectors.back();
+        if (topology.is_shifted(c)) return true;
         c = topology.rotate(c);
     } while (c.valid() && c != first);
     const bool boundary = topology.is_boundary(v);

@@ -73,7 +73,18 @@ class ObjParser {
             tag(words);
         } else if (keyword == "#patchwright" && words.size() >= 2 && words[1] == "pin") {
             for (std::size_t i = 2; i < words.size(); ++i) input_.pins.push_back(integer(words[i]));
+        } else if (keyword == "#patchwright" && words.size() >= 2 && words[1] == "sector") {
+            sector(words);
         }
+    }
+
+    void sector(const std::vector<std::string_view>& words) {
+        if (words.size() != 5 && words.size() != 8) {
+            fail("a sector needs a vertex, a face, an angle and perhaps the three of a normal");
+        }
+        SectorTagInput tag{integer(words[2]), integer(words[3]), real(words[4]) * M_PI / 180.0, {}};
+        for (std::size_t k = 5; k < words.size(); ++k) tag.normal[k - 5] = real(words[k]);
+        input_.sectors.push_back(tag);
     }
 
     template <class Number>
@@ -246,6 +257,13 @@ std::string obj_text(const Cage& cage) {
                   written_sharpness(topology.tagged_sharpness(v)));
         }
         if (topology.is_pinned(v)) print("#patchwright pin {}\n", v.value);
+    }
+    for (const SectorTagInput& tag : topology.sectors()) {
+        print("#patchwright sector {} {} {}", tag.vertex, tag.face, tag.angle * 180.0 / M_PI);
+        if (tag.normal != std::array<double, 3>{}) {
+            print(" {} {} {}", tag.normal[0], tag.normal[1], tag.normal[2]);
+        }
+        print("\n");
     }
     return fmt::to_string(out);
 }

@@ -1,6 +1,7 @@
 #include <patchwright/mesh/topology.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace patchwright::mesh {
@@ -17,6 +18,7 @@ Topology::Topology(const TopologyInput& input)
     : corner_vertex_(input.face_vertices.begin(), input.face_vertices.end()),
       vertex_corner_(static_cast<std::size_t>(input.vertex_count), -1),
       vertex_sharpness_(static_cast<std::size_t>(input.vertex_count), 0.0),
+      sectors_(input.sectors),
       pinned_(static_cast<std::size_t>(input.vertex_count), 0),
       face_group_(input.face_group.begin(), input.face_group.end()),
       group_names_(input.group_names),
@@ -52,6 +54,30 @@ Topology::Topology(const TopologyInput& input)
         vertex_sharpness_[static_cast<std::size_t>(tag.vertex)] = clamp_sharpness(tag.sharpness);
     }
     for (const int v : input.pins) pinned_[static_cast<std::size_t>(v)] = 1;
+    for (const SectorTagInput& tag : sectors_) {
+        if (tag.angle == 0.0) continue;
+        const auto fan =
+            sector_corners(*this, find_corner(*this, FaceId{tag.face}, VertexId{tag.vertex}));
+        // Biermann, Levin, Zorin (2000), 3.2: the edge point's weight 3/8 of the far end becomes
+        // 3/8 - cos(angle / faces) / 4.
+        const double shift = -0.25 * std::cos(tag.angle / double(fan.size()));
+        // Two faces on a straight line follow the ordinary rule.
+        if (fan.size() == 2 && std::abs(shift) < 1e-15) continue;
+        for (std::size_t i = 1; i < fan.size(); ++i) shift_edge(fan[i], shift);
+    }
+    for (const EdgeShiftInput& tag : input.edge_shifts) {
+        const CornerId first = corner(VertexId{tag.v0});
+        for (CornerId c = first; c.valid();) {
+            if (vertex(next(c)).value == tag.v1) shift_edge(c, tag.shift);
+            c = rotate(c);
+            if (c == first) break;
+        }
+    }
+}
+
+void Topology::shift_edge(CornerId c, double shift) {
+    if (edge_shift_.empty()) edge_shift_.assign(corner_vertex_.size(), std::nan(""));
+    edge_shift_[c.index()] = shift;
 }
 
 void Topology::connect() {
@@ -118,6 +144,27 @@ double Topology::sharpness(VertexId v) const {
         return infinite_sharpness;
     }
     return vertex_sharpness_[v.index()];
+}
+
+std::vector<CornerId> sector_corners(const Topology& topology, CornerId c) {
+    const auto sharp = [&](CornerId spoke) {
+        return std::isinf(topology.sharpness(topology.edge(spoke)));
+    };
+    CornerId first = c;
+    while (!sharp(first)) {
+        first = topology.next(topology.twin(first));  // clockwise
+        if (first == c) return {};
+    }
+    std::vector<CornerId> fan{first};
+    while (!sharp(topology.previous(fan.back()))) fan.push_back(topology.rotate(fan.back()));
+    return fan;
+}
+
+CornerId find_corner(const Topology& topology, FaceId f, VertexId v) {
+    for (const CornerId c : topology.corners(f)) {
+        if (topology.vertex(c) == v) return c;
+    }
+    return {};
 }
 
 }  // namespace patchwright::mesh

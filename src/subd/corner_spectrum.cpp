@@ -199,8 +199,18 @@ Eigen::RowVectorXd limit_row(const Matrix& matrix) {
     return system.colPivHouseholderQr().solve(Eigen::VectorXd::Unit(n + 1, n)).transpose();
 }
 
-TangentRows tangent_rows(const Matrix& matrix, const CornerProbes& probes) {
-    const std::vector<double> eigenvalues = contracting_eigenvalues(matrix);
+Matrix growing_part(const Matrix& matrix, double bound) {
+    Matrix sum = Matrix::Zero(matrix.rows(), matrix.cols());
+    for (const double eigenvalue : contracting_eigenvalues(matrix)) {
+        if (std::abs(eigenvalue) < bound + same_eigenvalue) break;
+        if (const auto parts = power_parts(matrix, eigenvalue)) sum += parts->back().map;
+    }
+    return sum;
+}
+
+TangentRows tangent_rows(const Matrix& matrix, const CornerProbes& probes, double largest) {
+    std::vector<double> eigenvalues = contracting_eigenvalues(matrix);
+    std::erase_if(eigenvalues, [&](double e) { return std::abs(e) > largest + same_eigenvalue; });
     std::vector<PowerPart> parts;
     std::vector<Growth> done;
     for (std::size_t known = 0; known < eigenvalues.size(); ++known) {

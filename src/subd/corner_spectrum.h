@@ -29,8 +29,14 @@ struct TangentRows {
 /// converges like 1 over the number of steps, as at corners of two and more faces, whose plane is
 /// that of the two creases.
 /// @param matrix  stationary subdivision matrix of the neighbourhood, n x n
+/// @param largest eigenvalues above it (and below 1) count as absent: the control points are known
+///                to have no part in them
 /// Source: leading terms of the Jordan form as in Zorin, Smoothness of stationary subdivision on
 /// irregular meshes (2000), 3.2, applied to the 2-form du ^ dv.
-TangentRows tangent_rows(const Eigen::MatrixXd& matrix, const CornerProbes& probes);
+TangentRows tangent_rows(const Eigen::MatrixXd& matrix, const CornerProbes& probes,
+                         double largest = 1.0);
+
+/// The projection onto all eigenspaces with moduli between `bound` and 1, both exclusive.
+Eigen::MatrixXd growing_part(const Eigen::MatrixXd& matrix, double bound);
 
 }  // namespace patchwright::subd

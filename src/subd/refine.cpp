@@ -71,6 +71,14 @@ class StencilBuilder {
             add_face_point(topology_.face(c), 0.25 * (1.0 - sharp));
             add_face_point(topology_.face(topology_.twin(c)), 0.25 * (1.0 - sharp));
         }
+        if (topology_.has_edge_shifts()) {
+            const CornerId c = topology_.corner(e);
+            const CornerId d = topology_.twin(c);
+            const double shift =
+                topology_.edge_shift(c) - (d.valid() ? topology_.edge_shift(d) : 0.0);
+            row_.add(topology_.end(e).value, shift);
+            row_.add(topology_.start(e).value, -shift);
+        }
     }
 
     /// Calls `visit(edge, other end)` for every edge at the vertex.
@@ -174,6 +182,19 @@ mesh::TopologyInput refined_input(const Topology& t) {
         const double sharpness = child_sharpness(t.tagged_sharpness(v));
         if (sharpness > 0.0) fine.corners.push_back({v.value, sharpness});
         if (t.is_pinned(v)) fine.pins.push_back(v.value);
+    }
+    for (const mesh::SectorTagInput& tag : t.sectors()) {
+        // Child k of a face is numbered like the face's corner k.
+        const CornerId c = mesh::find_corner(t, FaceId{tag.face}, VertexId{tag.vertex});
+        fine.sectors.push_back({tag.vertex, c.value, tag.angle, tag.normal});
+    }
+    for (const FaceId f : t.faces()) {
+        for (const CornerId c : t.corners(f)) {
+            if (t.is_shifted(c)) {
+                fine.edge_shifts.push_back(
+                    {t.vertex(c).value, edge_base + t.edge(c).value, t.edge_shift(c)});
+            }
+        }
     }
     return fine;
 }

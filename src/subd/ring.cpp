@@ -31,6 +31,8 @@ bool corner_is_regular(const Topology& t, CornerId c) {
     do {
         const double s = t.sharpness(t.edge(spoke));
         if (s > 0.0 && !std::isinf(s)) return false;
+        const CornerId twin = t.twin(spoke);
+        if (t.is_shifted(spoke) || t.is_shifted(twin)) return false;
         (s > 0.0 ? sharp_spokes : smooth_spokes) += 1;
         const CornerId arriving = t.previous(spoke);
         spoke = t.twin(arriving);
@@ -205,7 +207,11 @@ RingKind::TangentPlane RingKind::make_tangent_plane(int i) const {
         probes.du.row(Eigen::Index(k)) = mask.rows.row(1);
         probes.dv.row(Eigen::Index(k)) = mask.rows.row(2);
     }
-    TangentRows tangents = tangent_rows(next.matrix, probes);
+    // In sectors with an angle control_normals() takes out what shrinks by less than half.
+    const CornerId own = local_->corners(FaceId{0})[i];
+    const CornerId beside = local_->twin(local_->previous(own));
+    const bool controlled = local_->is_shifted(own) || local_->is_shifted(beside);
+    TangentRows tangents = tangent_rows(next.matrix, probes, controlled ? 0.5 : 1.0);
     if (tangents.rows.size() == 0) return {Eigen::MatrixXd::Zero(2, slots()), 0.0};
     return {std::move(tangents.rows), tangents.eigenvalue};
 }

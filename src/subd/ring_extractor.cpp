@@ -34,6 +34,15 @@ std::vector<std::uint8_t> smooth_valences(const Topology& topology) {
             spoil(topology.end(e));
         }
     }
+    if (topology.has_edge_shifts()) {
+        for (const FaceId f : topology.faces()) {
+            for (const CornerId c : topology.corners(f)) {
+                if (!topology.is_shifted(c)) continue;
+                spoil(topology.vertex(c));
+                spoil(topology.vertex(topology.next(c)));
+            }
+        }
+    }
     for (const VertexId v : topology.vertices()) {
         std::uint8_t& valence = faces_around[v.index()];
         if (valence < 3 || valence > 10 || topology.tagged_sharpness(v) > 0.0) valence = 0;
@@ -97,10 +106,15 @@ std::shared_ptr<const Topology> RingExtractor::local_topology() const {
         for (int k = 0; k < faces_[f].size; ++k) input.face_vertices.push_back(slot(int(f), k));
     }
     for (const Spoke& s : spokes_) {
-        if (s.sharpness > 0.0) {
-            const int size = faces_[std::size_t(s.face)].size;
-            input.creases.push_back(
-                {slot(s.face, s.position), slot(s.face, (s.position + 1) % size), s.sharpness});
+        const int start = slot(s.face, s.position);
+        const int after = s.position + 1;
+        const int end = slot(s.face, after == faces_[std::size_t(s.face)].size ? 0 : after);
+        if (s.sharpness > 0.0) input.creases.push_back({start, end, s.sharpness});
+        if (topology_->is_shifted(s.leaving)) {
+            input.edge_shifts.push_back({start, end, topology_->edge_shift(s.leaving)});
+        }
+        if (topology_->is_shifted(s.twin)) {
+            input.edge_shifts.push_back({end, start, topology_->edge_shift(s.twin)});
         }
     }
     for (int i = 0; i < own_; ++i) {
@@ -155,13 +169,24 @@ void RingExtractor::put_sharpness(double sharpness) {
         key_.push_back('i');
     } else {
         key_.push_back('f');
-        key_.append(reinterpret_cast<const char*>(&sharpness), sizeof sharpness);
+        put_number(sharpness);
     }
+}
+
+void RingExtractor::put_number(double number) {
+    key_.append(reinterpret_cast<const char*>(&number), sizeof number);
 }
 
 void RingExtractor::note_spoke(int f, int position, CornerId c) {
     const double sharpness = topology_->sharpness(topology_->edge(c));
-    spokes_.push_back({f, position, sharpness});
+    const CornerId twin = topology_->twin(c);
+    const bool shifted = topology_->is_shifted(c), shifted_back = topology_->is_shifted(twin);
+    if (shifted || shifted_back) {
+        key_.push_back(shifted ? (shifted_back ? 'b' : 'm') : 'n');
+        if (shifted) put_number(topology_->edge_shift(c));
+        if (shifted_back) put_number(topology_->edge_shift(twin));
+    }
+    spokes_.push_back({f, position, sharpness, c, twin});
     put_sharpness(sharpness);
 }
 

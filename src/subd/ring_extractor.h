@@ -48,6 +48,7 @@ class RingExtractor {
     struct Spoke {
         int face, position;
         double sharpness;
+        mesh::CornerId leaving, twin;
     };
 
     [[nodiscard]] mesh::CornerId own_corner(int i) const {
@@ -59,6 +60,7 @@ class RingExtractor {
     void unite(int f, int k, int g, int l);
     void put_size(int size);
     void put_sharpness(double sharpness);
+    void put_number(double number);
     void note_spoke(int f, int position, mesh::CornerId c);
     void walk(int i);
     void walk_clockwise(int i, mesh::CornerId start);

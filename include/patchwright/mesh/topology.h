@@ -3,6 +3,8 @@
 
 #include <patchwright/base/ids.h>
 
+#include <array>
+#include <cmath>
 #include <limits>
 #include <span>
 #include <string>
@@ -34,6 +36,22 @@ struct VertexTagInput {
     double sharpness;
 };
 
+/// The faces between two infinitely sharp edges at a vertex whose shape is to be controlled.
+struct SectorTagInput {
+    int vertex;
+    int face;  ///< any of the sector's
+    /// What the sector spans, radians in (0, 2 pi): edge points near the vertex then follow the
+    /// rule for that angle. 0: the ordinary rules.
+    double angle = 0.0;
+    std::array<double, 3> normal{};  ///< of the surface there; zero: free
+};
+
+/// The point of an edge is moved by shift * (v1 - v0) at every step; goes on with the half at v0.
+struct EdgeShiftInput {
+    int v0, v1;
+    double shift;
+};
+
 /// Polygons and tags as a file or a program gives them, unchecked.
 struct TopologyInput {
     int vertex_count = 0;
@@ -41,7 +59,9 @@ struct TopologyInput {
     std::vector<int> face_vertices;  ///< face after face, counter-clockwise seen from outside
     std::vector<EdgeTagInput> creases;
     std::vector<VertexTagInput> corners;
-    std::vector<int> pins;        ///< vertices whose control points a fit must not move
+    std::vector<SectorTagInput> sectors;
+    std::vector<EdgeShiftInput> edge_shifts;  ///< besides those that sectors make
+    std::vector<int> pins;                    ///< vertices whose control points a fit must not move
     std::vector<int> face_group;  ///< one a face, index into group_names; or empty: no names
     std::vector<std::string> group_names;
     BoundaryRule boundary_rule = BoundaryRule::EdgeOnly;
@@ -114,6 +134,17 @@ class Topology {
     [[nodiscard]] double tagged_sharpness(VertexId v) const { return vertex_sharpness_[v.index()]; }
     [[nodiscard]] BoundaryRule boundary_rule() const { return boundary_rule_; }
 
+    [[nodiscard]] const std::vector<SectorTagInput>& sectors() const { return sectors_; }
+    /// How far the edge point is moved towards the end of this half-edge, as a share of its length.
+    [[nodiscard]] double edge_shift(CornerId c) const {
+        return is_shifted(c) ? edge_shift_[c.index()] : 0.0;
+    }
+    /// Whether a sector's angle, and be it with a shift of 0, makes the rule at this half-edge.
+    [[nodiscard]] bool is_shifted(CornerId c) const {
+        return !edge_shift_.empty() && c.valid() && !std::isnan(edge_shift_[c.index()]);
+    }
+    [[nodiscard]] bool has_edge_shifts() const { return !edge_shift_.empty(); }
+
     [[nodiscard]] bool is_pinned(VertexId v) const { return pinned_[v.index()] != 0; }
     [[nodiscard]] int group(FaceId f) const {
         return face_group_.empty() ? -1 : face_group_[f.index()];
@@ -125,6 +156,7 @@ class Topology {
 
   private:
     void connect();
+    void shift_edge(CornerId c, double shift);
 
     std::vector<std::int32_t> face_begin_;     // faces + 1
     std::vector<std::int32_t> corner_vertex_;  // corners
@@ -135,6 +167,8 @@ class Topology {
     std::vector<std::int32_t> vertex_corner_;  // vertices
     std::vector<double> edge_sharpness_;
     std::vector<double> vertex_sharpness_;
+    std::vector<SectorTagInput> sectors_;
+    std::vector<double> edge_shift_;  // corners, NaN where there is none; or empty
     std::vector<char> pinned_;
     std::vector<std::int32_t> face_group_;
     std::vector<std::string> group_names_;
@@ -142,6 +176,13 @@ class Topology {
     bool all_quads_ = true;
     bool closed_ = true;
 };
+
+/// The half-edges that leave `c`'s vertex, one a face, of the faces between two infinitely sharp
+/// edges that `c`'s face lies in, counter-clockwise; none where sharp edges do not bound them.
+std::vector<CornerId> sector_corners(const Topology& topology, CornerId c);
+
+/// The corner of face `f` at vertex `v`; not valid() when there is none.
+CornerId find_corner(const Topology& topology, FaceId f, VertexId v);
 
 /// Sharpness of at least this counts as infinite, as in OpenSubdiv.
 inline constexpr double sharpness_limit = 10.0;

@@ -1,0 +1,140 @@
+#include "support/cages.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/mesh/obj.h>
+#include <patchwright/subd/limit_mask.h>
+#include <patchwright/subd/normal_control.h>
+#include <patchwright/subd/refine.h>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <sstream>
+
+using namespace patchwright;
+using geom::Vec3;
+using mesh::FaceId;
+
+namespace {
+
+/// An open fan of `faces` quads around vertex 0 that spans `degrees`, its vertex a corner; heights
+/// of the other vertices are `bend` times a wave.
+mesh::Cage open_fan(int faces, double degrees, double bend, bool tagged,
+                    Vec3 normal = Vec3::Zero()) {
+    std::vector<Vec3> points{Vec3::Zero()};
+    std::vector<std::vector<int>> polygons;
+    for (int k = 0; k <= 2 * faces; ++k) {
+        const double a = degrees * M_PI / 180.0 * k / (2 * faces);
+        const double r = k % 2 == 0 ? 1.0 : 1.3;
+        points.emplace_back(r * std::cos(a), r * std::sin(a), bend * std::sin(2.0 * k + 0.3));
+    }
+    for (int k = 0; k < faces; ++k) polygons.push_back({0, 2 * k + 1, 2 * k + 2, 2 * k + 3});
+    mesh::TopologyInput tags;
+    tags.corners.push_back({0, mesh::infinite_sharpness});
+    if (tagged) {
+        tags.sectors.push_back(
+            {0, 0, degrees * M_PI / 180.0, {normal.x(), normal.y(), normal.z()}});
+    }
+    return test::make_cage(points, polygons, std::move(tags));
+}
+
+/// The least cosine between `up` and normals in a small disk around vertex 0.
+double least_cosine(const mesh::Cage& cage, int faces, const Vec3& up) {
+    const subd::LimitEvaluator evaluator(cage.topology);
+    double least = 1.0;
+    for (int f = 0; f < faces; ++f) {
+        for (const int level : {3, 8, 16}) {
+            const double away = std::ldexp(1.0, -level);
+            for (const auto& [u, v] :
+                 {std::pair{1.0, 0.1}, {1.0, 0.5}, {1.0, 1.0}, {0.5, 1.0}, {0.1, 1.0}}) {
+                const auto p = evaluator.evaluate(cage.points, {FaceId{f}, away * u, away * v}, 1);
+                least = std::min(least, p.normal.dot(up));
+            }
+        }
+    }
+    return least;
+}
+
+}  // namespace
+
+TEST_CASE("concave corners fold without control and do not with it", "[subd][oracle]") {
+    for (const int faces : {2, 3, 4}) {
+        for (const double degrees : {200.0, 270.0, 320.0}) {
+            CAPTURE(faces, degrees);
+            const Vec3 up(0, 0, 1);
+            if (faces == 2 && degrees > 250.0) {
+                CHECK(least_cosine(open_fan(faces, degrees, 0.0, false), faces, up) < 0.0);
+            }
+            const mesh::Cage flat = subd::control_normals(open_fan(faces, degrees, 0.0, true));
+            CHECK(least_cosine(flat, faces, up) > 0.999999);
+        }
+    }
+}
+
+TEST_CASE("sectors with an angle have one tangent plane, of any number of faces", "[subd]") {
+    for (const int faces : {1, 2, 3, 4, 5}) {
+        for (const double degrees : {60.0, 120.0, 200.0, 270.0}) {
+            CAPTURE(faces, degrees);
+            const mesh::Cage cage = subd::control_normals(open_fan(faces, degrees, 0.2, faces > 1));
+            const subd::LimitEvaluator evaluator(cage.topology);
+            const subd::LimitPoint first = evaluator.evaluate(cage.points, {FaceId{0}, 0, 0});
+            CHECK(first.smoothness != subd::Smoothness::Position);
+            for (int f = 0; f < faces; ++f) {
+                const subd::LimitPoint p = evaluator.evaluate(cage.points, {FaceId{f}, 0, 0});
+                CHECK((p.normal - first.normal).norm() < 1e-9);
+                // In concave corners rounding brings back what was taken out, far down.
+                const double away = degrees > 180.0 ? 1e-20 : 1e-75;
+                const subd::LimitPoint near =
+                    evaluator.evaluate(cage.points, {FaceId{f}, away, 0.7 * away}, 1);
+                // As (0.4866 / 0.5)^250 at worst.
+                CHECK((near.normal - first.normal).norm() < 2e-3);
+            }
+        }
+    }
+}
+
+TEST_CASE("prescribed normals are the surface's", "[subd]") {
+    const Vec3 normal = Vec3(0.2, -0.3, 1.0).normalized();
+    for (const int faces : {2, 3, 4}) {
+        for (const double degrees : {90.0, 270.0}) {
+            CAPTURE(faces, degrees);
+            const mesh::Cage before = open_fan(faces, degrees, 0.2, true, normal);
+            const mesh::Cage cage = subd::control_normals(before);
+            const subd::LimitEvaluator evaluator(cage.topology);
+            const subd::LimitPoint p = evaluator.evaluate(cage.points, {FaceId{0}, 0, 0});
+            CHECK((p.normal - normal).norm() < 1e-9);
+            CHECK((p.position - before.points.row(0).transpose()).norm() < 1e-15);
+            // Refining keeps what was reached, and so does doing it again.
+            const mesh::Cage again = subd::control_normals(subd::refine(cage, 1));
+            CHECK((again.points - subd::refine(cage, 1).points).cwiseAbs().maxCoeff() < 1e-9);
+        }
+    }
+    // Smooth vertices too.
+    mesh::Cage cage = test::cube(2.0);
+    mesh::TopologyInput tags;
+    tags.sectors.push_back({7, 1, 0.0, {0, 0, 1}});
+    cage = subd::control_normals(test::cube(2.0, tags));
+    const subd::LimitEvaluator evaluator(cage.topology);
+    CHECK((evaluator.evaluate(cage.points, {FaceId{1}, 1, 1}).normal - Vec3(0, 0, 1)).norm() <
+          1e-9);
+}
+
+TEST_CASE("sector tags are read, checked and written", "[subd][errors]") {
+    const std::string corner =
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nt corner 1/1/0 0 10\n";
+    const auto read = [&](const std::string& tag) {
+        std::istringstream text(corner + tag);
+        return mesh::read_obj(text, "x.obj").cage;
+    };
+    const mesh::Cage cage = read("#patchwright sector 0 0 270 0 0 1\n");
+    REQUIRE(cage.topology->sectors().size() == 1);
+    CHECK(cage.topology->sectors()[0].angle == Approx(1.5 * M_PI));
+    CHECK(mesh::obj_text(cage).find("#patchwright sector 0 0 270 0 0 1") != std::string::npos);
+    CHECK_THROWS_AS(read("#patchwright sector 0 0\n"), base::InputError);
+    CHECK_THROWS_AS(read("#patchwright sector 0 1 270\n"), base::InputError);
+    CHECK_THROWS_AS(read("#patchwright sector 9 0 270\n"), base::InputError);
+    CHECK_THROWS_AS(read("#patchwright sector 0 0 360\n"), base::InputError);
+    std::istringstream cube(mesh::obj_text(test::cube(1.0)) + "#patchwright sector 0 0 90\n");
+    CHECK_THROWS_WITH(mesh::read_obj(cube, "x.obj"),
+                      Catch::Contains("no infinitely sharp edges bound it"));
+}
