@@ -3,6 +3,7 @@
 #include <patchwright/base/error.h>
 #include <patchwright/base/pending_file.h>
 #include <patchwright/subd/limit_mask.h>
+#include <patchwright/subd/normal_control.h>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -106,7 +107,8 @@ int eval(const EvalOptions& options) {
     std::vector<subd::Location> places;
     for (const std::string& text : options.at) places.push_back(parse_location(text));
     Run run(options.common);
-    const mesh::Cage cage = read_cage(run, options.cage, base::LengthUnit::Millimetre);
+    const mesh::Cage cage =
+        subd::control_normals(read_cage(run, options.cage, base::LengthUnit::Millimetre));
     const subd::LimitEvaluator evaluator(cage.topology);
     nlohmann::ordered_json all = nlohmann::ordered_json::array();
     for (const subd::Location& at : places) {

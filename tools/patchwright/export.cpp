@@ -1,5 +1,7 @@
 #include "command.h"
 
+#include <patchwright/subd/normal_control.h>
+
 #include <memory>
 
 namespace patchwright::cli {
@@ -20,7 +22,7 @@ int export_cage(const ExportOptions& options) {
         options.output.unit == "input" ? cage_unit : base::parse_length_unit(options.output.unit);
     const mesh::Cage cage = read_cage(run, options.cage, cage_unit);
     run.end_stage("read");
-    write_patches(run, cage, options.output, run.report.unit);
+    write_patches(run, subd::control_normals(cage), options.output, run.report.unit);
     run.end_stage("check");
     run.finish();
     return Done;
