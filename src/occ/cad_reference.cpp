@@ -51,10 +51,12 @@ void index_edges(SearchModel& model, double deflection) {
     model.all_edges = search(all);
     model.sharp_edges = search(edges_of_kind(network, EdgeKind::Sharp));
     model.free_edges = search(edges_of_kind(network, EdgeKind::Free));
+    model.smooth_edges = search(edges_of_kind(network, EdgeKind::Smooth));
+    model.features = FeatureCurves(network, deflection, model.size);
     std::vector<geom::Box3> boxes;
-    for (const int vertex : network.corners) {
+    for (const geom::FeatureCorner& corner : model.features.features().corners) {
         boxes.emplace_back();
-        boxes.back().add(network.vertices[std::size_t(vertex)]);
+        boxes.back().add(corner.point);
     }
     model.corners = geom::Bvh(boxes);
 }
@@ -91,8 +93,8 @@ std::optional<geom::FeaturePoint> nearest_corner(const SearchModel& model, const
     std::optional<geom::FeaturePoint> best;
     model.corners.nearest(query, std::numeric_limits<double>::infinity(),
                           [&](int item, double bound) {
-                              const int vertex = model.network.corners[std::size_t(item)];
-                              const Vec3& point = model.network.vertices[std::size_t(vertex)];
+                              const Vec3& point =
+                                  model.features.features().corners[std::size_t(item)].point;
                               const double distance = (point - query).norm();
                               if (best && distance >= best->distance) return bound;
                               best = geom::FeaturePoint{point, distance, item};
@@ -101,15 +103,17 @@ std::optional<geom::FeaturePoint> nearest_corner(const SearchModel& model, const
     return best;
 }
 
-std::optional<geom::FeaturePoint> nearest_on_curves(const CurveSearch& curves, const Vec3& query) {
-    std::optional<geom::FeaturePoint> best;
+std::optional<geom::FeaturePoint> nearest_on_curves(const SearchModel& model,
+                                                    const CurveSearch& curves, const Vec3& query) {
+    std::optional<CurveHit> best;
     curves.visit(query, std::numeric_limits<double>::infinity(),
                  [&](const CurveHit& hit, double bound) {
                      if (best && hit.distance >= best->distance) return bound;
-                     best = geom::FeaturePoint{hit.point, hit.distance, hit.edge};
+                     best = hit;
                      return hit.distance;
                  });
-    return best;
+    if (!best) return std::nullopt;
+    return model.features.point_of(*best);
 }
 
 }  // namespace
@@ -142,14 +146,37 @@ std::optional<geom::FeaturePoint> CadReference::feature_point(const Vec3& query,
                                                               geom::FeatureKind kind) const {
     require(query.allFinite(), "feature_point: the query is not finite");
     return guard_kernel<base::InputError>("feature point", [&] {
+        const SearchModel& model = impl_->search;
         switch (kind) {
             case geom::FeatureKind::Sharp:
-                return nearest_on_curves(impl_->search.sharp_edges, query);
-            case geom::FeatureKind::Free: return nearest_on_curves(impl_->search.free_edges, query);
-            case geom::FeatureKind::Corner: return nearest_corner(impl_->search, query);
+                return nearest_on_curves(model, model.sharp_edges, query);
+            case geom::FeatureKind::Free: return nearest_on_curves(model, model.free_edges, query);
+            case geom::FeatureKind::Smooth:
+                return nearest_on_curves(model, model.smooth_edges, query);
+            case geom::FeatureKind::Corner: return nearest_corner(model, query);
         }
         return std::optional<geom::FeaturePoint>{};
     });
+}
+
+const geom::Features& CadReference::features() const { return impl_->search.features.features(); }
+
+geom::FeaturePoint CadReference::nearest_on_curve(
+    int curve, const Vec3& query, const std::optional<geom::ArcRange>& within) const {
+    require(curve >= 0 && curve < int(features().curves.size()),
+            "nearest_on_curve: there is no such feature curve");
+    require(query.allFinite(), "nearest_on_curve: the query is not finite");
+    require(!within || within->from <= within->to, "nearest_on_curve: the piece ends before it starts");
+    return guard_kernel<base::InputError>(
+        "feature point", [&] { return impl_->search.features.nearest(curve, query, within); });
+}
+
+geom::FeaturePoint CadReference::point_on_curve(int curve, double arc_length) const {
+    require(curve >= 0 && curve < int(features().curves.size()),
+            "point_on_curve: there is no such feature curve");
+    require(std::isfinite(arc_length), "point_on_curve: the arc length is not finite");
+    return guard_kernel<base::InputError>(
+        "feature point", [&] { return impl_->search.features.at(curve, arc_length); });
 }
 
 std::vector<CadReference::Sample> CadReference::sample(int count) const {

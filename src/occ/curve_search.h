@@ -5,6 +5,7 @@
 
 #include <patchwright/geom/bvh.h>
 
+#include <algorithm>
 #include <vector>
 
 namespace patchwright::occ {
@@ -40,6 +41,26 @@ class CurveSearch {
         });
     }
 
+    /// The same with only the parts of each edge that `parts(edge)` lists as parameter ranges.
+    template <class Parts, class Visit>
+    void visit_within(const geom::Vec3& query, double bound, Parts&& parts,
+                      Visit&& visit_hit) const {
+        tree_.nearest(query, bound, [&](int item, double limit) {
+            const Chord& whole = chords_[std::size_t(item)];
+            for (const auto& [from, to] : parts(whole.edge)) {
+                Chord chord = whole;
+                chord.t0 = std::max(whole.t0, from);
+                chord.t1 = std::min(whole.t1, to);
+                if (chord.t0 > chord.t1) continue;
+                chord.start = at(chord, chord.t0);
+                chord.end = at(chord, chord.t1);
+                const double s = chord_parameter(chord, query);
+                limit = visit_hit(nearest_on(chord, query, s), limit);
+            }
+            return limit;
+        });
+    }
+
   private:
     struct Chord {
         geom::Vec3 start, end;
@@ -48,6 +69,9 @@ class CurveSearch {
         int edge = -1;
     };
 
+    [[nodiscard]] geom::Vec3 at(const Chord& chord, double t) const {
+        return (*edges_)[std::size_t(chord.edge)].at(t);
+    }
     static double chord_parameter(const Chord& chord, const geom::Vec3& query);
     [[nodiscard]] CurveHit nearest_on(const Chord& chord, const geom::Vec3& query, double s) const;
     [[nodiscard]] CurveHit descend(const Chord& chord, const geom::Vec3& query, double s) const;

@@ -3,6 +3,7 @@
 
 #include "curve_search.h"
 #include "face_surface.h"
+#include "feature_curves.h"
 #include "model_edges.h"
 #include "reference_mesh.h"
 
@@ -17,8 +18,9 @@ struct SearchModel {
     std::vector<FaceSurface> surfaces;
     ReferenceMesh mesh;
     EdgeNetwork network;
-    CurveSearch all_edges, sharp_edges, free_edges;
-    geom::Bvh corners;  ///< over network.corners
+    CurveSearch all_edges, sharp_edges, free_edges, smooth_edges;
+    FeatureCurves features;
+    geom::Bvh corners;  ///< over features.features().corners
     geom::Box3 bounds;
     double size = 0.0;        ///< diagonal of `bounds`
     double side_reach = 0.0;  ///< millimetres

@@ -16,11 +16,11 @@ namespace patchwright::occ {
 
 using geom::Vec3;
 
-namespace {
-
 double angle_between(const Vec3& a, const Vec3& b) {
     return std::atan2(a.cross(b).norm(), a.dot(b));
 }
+
+namespace {
 
 struct EdgeIndex {
     TopTools_IndexedMapOfShape edges, vertices;
@@ -53,10 +53,11 @@ void add_uses(EdgeNetwork& network, const EdgeIndex& index, const TopoDS_Face& f
     }
 }
 
-EdgeKind classify(const ModelEdge& edge, const std::vector<FaceSurface>& surfaces,
-                  double sharp_angle_rad) {
-    if (edge.uses.size() < 2) return EdgeKind::Free;
-    if (edge.uses.size() > 2) return EdgeKind::Sharp;
+void classify(ModelEdge& edge, const std::vector<FaceSurface>& surfaces, double sharp_angle_rad) {
+    edge.kind = edge.uses.size() < 2   ? EdgeKind::Free
+                : edge.uses.size() > 2 ? EdgeKind::Sharp
+                                       : EdgeKind::Smooth;
+    if (edge.uses.size() < 2) return;
     constexpr int samples = 9;
     std::vector<double> angles;
     for (int i = 0; i < samples; ++i) {
@@ -67,27 +68,74 @@ EdgeKind classify(const ModelEdge& edge, const std::vector<FaceSurface>& surface
         if (edge.uses[0].reversed == edge.uses[1].reversed) b = -b;
         if (!a.isZero(0.0) && !b.isZero(0.0)) angles.push_back(angle_between(a, b));
     }
-    if (angles.empty()) return EdgeKind::Smooth;
-    const auto middle = angles.begin() + std::ptrdiff_t(angles.size() / 2);
-    std::nth_element(angles.begin(), middle, angles.end());
-    return *middle > sharp_angle_rad ? EdgeKind::Sharp : EdgeKind::Smooth;
+    if (angles.empty()) return;
+    std::sort(angles.begin(), angles.end());
+    edge.least_angle = angles.front();
+    edge.greatest_angle = angles.back();
+    if (angles[angles.size() / 2] > sharp_angle_rad) edge.kind = EdgeKind::Sharp;
 }
 
-std::vector<int> find_corners(const EdgeNetwork& network, double sharp_angle_rad) {
-    // Directions in which features leave each vertex.
-    std::vector<std::vector<Vec3>> ends(network.vertices.size());
+/// What features leave a vertex, and in which directions.
+struct VertexFeatures {
+    std::vector<Vec3> directions;
+    bool sharp = false, free = false;
+
+    void add(EdgeKind kind, const Vec3& direction) {
+        directions.push_back(direction);
+        (kind == EdgeKind::Sharp ? sharp : free) = true;
+    }
+    [[nodiscard]] std::optional<geom::CornerKind> corner(double sharp_angle_rad) const {
+        if (directions.empty()) return std::nullopt;
+        if (directions.size() == 1) return geom::CornerKind::End;
+        for (std::size_t i = 0; i < directions.size(); ++i)
+            for (std::size_t j = 0; j < i; ++j)
+                if (angle_between(directions[i], directions[j]) < sharp_angle_rad)
+                    return geom::CornerKind::Cusp;
+        const bool straight = directions.size() == 2 && sharp != free &&
+                              angle_between(directions[0], -directions[1]) <= sharp_angle_rad;
+        if (straight) return std::nullopt;
+        return geom::CornerKind::Junction;
+    }
+};
+
+std::vector<NetworkCorner> find_corners(const EdgeNetwork& network, const std::vector<char>& apex) {
+    std::vector<VertexFeatures> features(network.vertices.size());
     for (const ModelEdge& edge : network.edges) {
         if (edge.kind == EdgeKind::Smooth) continue;
-        if (edge.start >= 0) ends[std::size_t(edge.start)].push_back(edge.tangent(edge.first));
-        if (edge.end >= 0) ends[std::size_t(edge.end)].push_back(-edge.tangent(edge.last));
+        if (edge.start >= 0)
+            features[std::size_t(edge.start)].add(edge.kind, edge.tangent(edge.first));
+        if (edge.end >= 0)
+            features[std::size_t(edge.end)].add(edge.kind, -edge.tangent(edge.last));
     }
-    std::vector<int> corners;
-    for (std::size_t i = 0; i < ends.size(); ++i) {
-        if (ends[i].empty()) continue;
-        if (ends[i].size() != 2 || angle_between(ends[i][0], -ends[i][1]) > sharp_angle_rad)
-            corners.push_back(int(i));
+    std::vector<NetworkCorner> corners;
+    for (std::size_t i = 0; i < features.size(); ++i) {
+        if (const auto kind = features[i].corner(network.sharp_angle_rad)) {
+            corners.push_back({int(i), *kind});
+        } else if (apex[i] != 0) {
+            corners.push_back({int(i), geom::CornerKind::Apex});
+        }
     }
     return corners;
+}
+
+/// Vertices that a face's side shrinks to without a tangent plane.
+std::vector<char> find_apexes(const EdgeIndex& index, const std::vector<TopoDS_Face>& faces,
+                              const std::vector<FaceSurface>& surfaces) {
+    std::vector<char> apex(std::size_t(index.vertices.Extent()), 0);
+    for (std::size_t i = 0; i < faces.size(); ++i) {
+        if (surfaces[i].unbounded()) continue;
+        for (TopExp_Explorer it(faces[i], TopAbs_EDGE); it.More(); it.Next()) {
+            const TopoDS_Edge& edge = TopoDS::Edge(it.Current());
+            if (!BRep_Tool::Degenerated(edge)) continue;
+            double first = 0.0, last = 0.0;
+            const auto curve = BRep_Tool::CurveOnSurface(edge, faces[i], first, last);
+            const TopoDS_Vertex vertex = TopExp::FirstVertex(edge);
+            if (curve.IsNull() || vertex.IsNull()) continue;
+            if (surfaces[i].normal(vec(curve->Value(0.5 * (first + last)))).isZero(0.0))
+                apex[std::size_t(index.vertices.FindIndex(vertex)) - 1] = 1;
+        }
+    }
+    return apex;
 }
 
 }  // namespace
@@ -131,8 +179,9 @@ EdgeNetwork collect_edges(const TopoDS_Shape& shape, const std::vector<TopoDS_Fa
     }
     for (std::size_t i = 0; i < faces.size(); ++i) add_uses(network, index, faces[i], int(i));
     std::erase_if(network.edges, [](const ModelEdge& edge) { return edge.uses.empty(); });
-    for (ModelEdge& edge : network.edges) edge.kind = classify(edge, surfaces, sharp_angle_rad);
-    network.corners = find_corners(network, sharp_angle_rad);
+    for (ModelEdge& edge : network.edges) classify(edge, surfaces, sharp_angle_rad);
+    network.sharp_angle_rad = sharp_angle_rad;
+    network.corners = find_corners(network, find_apexes(index, faces, surfaces));
     return network;
 }
 

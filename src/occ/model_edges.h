@@ -3,6 +3,8 @@
 
 #include "face_surface.h"
 
+#include <patchwright/geom/features.h>
+
 #include <Geom2d_Curve.hxx>
 #include <Geom_Curve.hxx>
 #include <TopoDS_Shape.hxx>
@@ -29,6 +31,8 @@ struct ModelEdge {
     int start = -1, end = -1;  ///< vertex numbers; equal for closed edges
     std::vector<EdgeUse> uses;
     EdgeKind kind = EdgeKind::Smooth;
+    /// Dihedral deviation from flat as sampled along the edge, radians; 0 for free edges.
+    double least_angle = 0.0, greatest_angle = 0.0;
 
     [[nodiscard]] geom::Vec3 at(double t) const { return vec(curve->Value(t)); }
     /// Unit tangent in the direction of growing t; zero where there is none.
@@ -39,10 +43,19 @@ struct ModelEdge {
 geom::Vec3 normal_beside(const ModelEdge& edge, const EdgeUse& use, double t,
                          const std::vector<FaceSurface>& surfaces);
 
+double angle_between(const geom::Vec3& a, const geom::Vec3& b);
+
+/// A vertex where features meet or end at an angle, or without a tangent plane.
+struct NetworkCorner {
+    int vertex = -1;
+    geom::CornerKind kind = geom::CornerKind::Junction;
+};
+
 struct EdgeNetwork {
     std::vector<ModelEdge> edges;  ///< without degenerate ones
     std::vector<geom::Vec3> vertices;
-    std::vector<int> corners;  ///< vertices where features meet or end at an angle
+    std::vector<NetworkCorner> corners;  ///< by vertex
+    double sharp_angle_rad = 0.0;        ///< as given
 };
 
 /// Edges are sharp when most of their normals on both sides differ by more than `sharp_angle_rad`.

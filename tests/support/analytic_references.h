@@ -85,7 +85,8 @@ class Box final : public geom::ReferenceSurface {
     }
     std::optional<geom::FeaturePoint> feature_point(const geom::Vec3& q,
                                                     geom::FeatureKind kind) const override {
-        if (kind == geom::FeatureKind::Free) return std::nullopt;
+        if (kind == geom::FeatureKind::Free || kind == geom::FeatureKind::Smooth)
+            return std::nullopt;
         geom::Vec3 p = q.cwiseMax(-1).cwiseMin(1);
         int inner = 0;
         p.cwiseAbs().minCoeff(&inner);

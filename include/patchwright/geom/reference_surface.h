@@ -1,6 +1,7 @@
 // What a fit needs to know of the shape it approximates: nearest points on it and on its features.
 #pragma once
 
+#include <patchwright/geom/features.h>
 #include <patchwright/geom/types.h>
 
 #include <optional>
@@ -15,19 +16,6 @@ struct FootPoint {
         Vec3::Zero();       ///< unit, outward; zero where the surface has none (degenerate point)
     double distance = 0.0;  ///< |query - point|, >= 0
     int face = -1;          ///< face of the model the point lies on
-};
-
-/// Nearest point of a feature curve or corner.
-struct FeaturePoint {
-    Vec3 point = Vec3::Zero();
-    double distance = 0.0;  ///< |query - point|, >= 0
-    int feature = -1;       ///< which curve or corner of the model
-};
-
-enum class FeatureKind {
-    Sharp,  ///< curve where two faces meet at an angle
-    Free,   ///< curve where the surface ends
-    Corner  ///< point where features meet or end at an angle
 };
 
 /// A shape to be approximated. All functions are const, thread-safe and deterministic.
@@ -47,6 +35,19 @@ class ReferenceSurface {
     /// Nearest point among the features of one kind; empty when the shape has none.
     [[nodiscard]] virtual std::optional<FeaturePoint> feature_point(const Vec3& query,
                                                                     FeatureKind kind) const = 0;
+
+    /// All feature curves and corners; none unless a shape says otherwise.
+    [[nodiscard]] virtual const Features& features() const;
+
+    /// Nearest point of curve number `curve`, or of the piece of it that is given.
+    /// @throw InvalidArgument when there is no such curve or the piece is empty
+    [[nodiscard]] virtual FeaturePoint nearest_on_curve(
+        int curve, const Vec3& query, const std::optional<ArcRange>& within = std::nullopt) const;
+
+    /// The point at this arc length; beyond the ends the end, on closed curves round and round.
+    /// FeaturePoint::distance is 0.
+    /// @throw InvalidArgument when there is no such curve
+    [[nodiscard]] virtual FeaturePoint point_on_curve(int curve, double arc_length) const;
 };
 
 }  // namespace patchwright::geom

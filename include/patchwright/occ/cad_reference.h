@@ -34,6 +34,11 @@ class CadReference final : public geom::ReferenceSurface {
         const std::optional<geom::Vec3>& side = std::nullopt) const override;
     [[nodiscard]] std::optional<geom::FeaturePoint> feature_point(
         const geom::Vec3& query, geom::FeatureKind kind) const override;
+    [[nodiscard]] const geom::Features& features() const override;
+    [[nodiscard]] geom::FeaturePoint nearest_on_curve(
+        int curve, const geom::Vec3& query,
+        const std::optional<geom::ArcRange>& within = std::nullopt) const override;
+    [[nodiscard]] geom::FeaturePoint point_on_curve(int curve, double arc_length) const override;
 
     struct Sample {
         geom::Vec3 point, normal;

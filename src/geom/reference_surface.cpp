@@ -1,0 +1,20 @@
+#include <patchwright/base/error.h>
+#include <patchwright/geom/reference_surface.h>
+
+namespace patchwright::geom {
+
+const Features& ReferenceSurface::features() const {
+    static const Features none;
+    return none;
+}
+
+FeaturePoint ReferenceSurface::nearest_on_curve(int, const Vec3&,
+                                                const std::optional<ArcRange>&) const {
+    throw base::InvalidArgument("nearest_on_curve: the reference has no feature curves");
+}
+
+FeaturePoint ReferenceSurface::point_on_curve(int, double) const {
+    throw base::InvalidArgument("point_on_curve: the reference has no feature curves");
+}
+
+}  // namespace patchwright::geom
