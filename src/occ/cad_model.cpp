@@ -38,6 +38,10 @@ std::vector<TopoDS_Face> faces_of(const CadModel& model) {
 
 std::vector<int> edge_uses(const TopoDS_Shape& shape) {
     TopTools_IndexedMapOfShape edges;
+    return edge_uses(shape, edges);
+}
+
+std::vector<int> edge_uses(const TopoDS_Shape& shape, TopTools_IndexedMapOfShape& edges) {
     std::vector<int> uses;
     for (TopExp_Explorer face(shape, TopAbs_FACE); face.More(); face.Next()) {
         for (TopExp_Explorer it(face.Current(), TopAbs_EDGE); it.More(); it.Next()) {

@@ -3,6 +3,7 @@
 
 #include <patchwright/occ/cad_model.h>
 
+#include <TopTools_IndexedMapOfShape.hxx>
 #include <TopoDS_Face.hxx>
 #include <TopoDS_Shape.hxx>
 
@@ -22,6 +23,9 @@ std::vector<TopoDS_Face> faces_of(const CadModel& model);
 
 /// How often faces use each distinct edge (a seam twice by its one face), without degenerate edges.
 std::vector<int> edge_uses(const TopoDS_Shape& shape);
+
+/// The same, with the edges in that order.
+std::vector<int> edge_uses(const TopoDS_Shape& shape, TopTools_IndexedMapOfShape& edges);
 
 /// Edges used once.
 int count_free_edges(const TopoDS_Shape& shape);

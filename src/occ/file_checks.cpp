@@ -83,12 +83,12 @@ void check_step_file(const Path& path) {
     }
 }
 
-void check_iges_file(const Path& path) {
+std::string check_iges_file(const Path& path) {
     constexpr std::string_view sections = "SGDP";
     std::array<int, sections.size()> lines{};
     std::optional<char> first;
     std::string terminate;
-    const std::string text = content_of(path);
+    std::string text = content_of(path);
     each_line(text, [&](std::string_view line) {
         const char section = iges_section(line);
         if (!first) first = section;
@@ -110,6 +110,7 @@ void check_iges_file(const Path& path) {
         refuse(path, "is incomplete: section {} has {} lines of {}; get a complete copy",
                sections[i], lines[i], *promised);
     }
+    return text;
 }
 
 void check_brep_file(const Path& path) {

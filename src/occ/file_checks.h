@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 namespace patchwright::occ {
 
@@ -9,7 +10,8 @@ namespace patchwright::occ {
 /// not.
 /// @throw InputError naming the file and what is missing
 void check_step_file(const std::filesystem::path& path);
-void check_iges_file(const std::filesystem::path& path);
+/// @return the whole file
+std::string check_iges_file(const std::filesystem::path& path);
 void check_brep_file(const std::filesystem::path& path);
 
 }  // namespace patchwright::occ

@@ -1,12 +1,14 @@
 #include "occ/heal.h"
 
 #include "occ/cad_model_impl.h"
+#include "occ/face_cleanup.h"
+#include "occ/free_edge_gaps.h"
 #include "occ/pcurve_repair.h"
+#include "occ/sewing.h"
 #include "occ/tight_bounds.h"
 
 #include <patchwright/occ/inspect.h>
 
-#include <BRepBuilderAPI_Sewing.hxx>
 #include <BRepLib.hxx>
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
@@ -21,21 +23,12 @@
 #include <TopoDS_Solid.hxx>
 #include <fmt/format.h>
 
-#include <array>
+#include <map>
 #include <vector>
 
 namespace patchwright::occ {
 
 namespace {
-
-/// Tolerances to try, as fractions of the diagonal.
-constexpr std::array sewing_steps{1e-7, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2};
-
-int count_faces(const TopoDS_Shape& shape) {
-    TopTools_IndexedMapOfShape map;
-    TopExp::MapShapes(shape, TopAbs_FACE, map);
-    return map.Extent();
-}
 
 TopoDS_Shape compound_of(const std::vector<TopoDS_Shape>& shapes) {
     if (shapes.size() == 1) return shapes.front();
@@ -61,43 +54,6 @@ struct Bodies {
         }
     }
 };
-
-struct Sewn {
-    TopoDS_Shape shape;
-    double tolerance = 0.0;
-    int free_edges = 0;
-};
-
-/// Empty shape when this tolerance swallowed faces or joined more than two.
-Sewn sew(const std::vector<TopoDS_Shape>& parts, double tolerance) {
-    BRepBuilderAPI_Sewing sewing(tolerance);
-    int faces = 0;
-    for (const TopoDS_Shape& part : parts) {
-        sewing.Add(part);
-        faces += count_faces(part);
-    }
-    sewing.Perform();
-    Sewn result{sewing.SewedShape(), tolerance, 0};
-    if (result.shape.IsNull() || count_faces(result.shape) != faces ||
-        sewing.NbMultipleEdges() > 0) {
-        result.shape.Nullify();
-        return result;
-    }
-    result.free_edges = count_free_edges(result.shape);
-    return result;
-}
-
-Sewn sew_best(const std::vector<TopoDS_Shape>& parts, double diagonal, double max_tolerance_rel) {
-    Sewn best;
-    for (const double step : sewing_steps) {
-        if (step > max_tolerance_rel * (1.0 + 1e-12)) break;
-        Sewn tried = sew(parts, step * diagonal);
-        if (tried.shape.IsNull()) continue;
-        if (best.shape.IsNull() || tried.free_edges < best.free_edges) best = std::move(tried);
-        if (best.free_edges == 0) break;
-    }
-    return best;
-}
 
 /// Which faces share which edges, and how they run them.
 class FaceGraph {
@@ -173,24 +129,48 @@ class FaceGraph {
     std::vector<std::vector<Neighbour>> neighbours_;
 };
 
+std::string gap_text(double gap, double size) {
+    return fmt::format("{:.3g} mm, {:.2g} of the diagonal", gap, gap / size);
+}
+
+void note_open_edges(const TopoDS_Shape& shape, double size, ReadReport& report) {
+    const std::vector<double> gaps = free_edge_gaps(shape);
+    if (gaps.empty()) return;
+    report.smallest_open_gap_mm = gaps.front();
+    report.largest_open_gap_mm = gaps.back();
+    report.notices.push_back(fmt::format(
+        "{} free edges stay open; the next edge is between {} and {} away", gaps.size(),
+        gap_text(gaps.front(), size), gap_text(gaps.back(), size)));
+}
+
 /// Sheets that sewing does not improve stay as they are.
-TopoDS_Shape sew_sheets(const std::vector<TopoDS_Shape>& sheets, double max_tolerance_rel,
-                        ReadReport& report) {
+TopoDS_Shape sew_sheets(const std::vector<TopoDS_Shape>& sheets, double size,
+                        double max_tolerance_rel, ReadReport& report, FaceOrigins& origins) {
     const TopoDS_Shape as_is = compound_of(sheets);
     const int free_edges = count_free_edges(as_is);
     if (free_edges == 0) return as_is;
-    const Sewn sewn = sew_best(sheets, tight_bounds(as_is).diagonal(), max_tolerance_rel);
+    const SewingOptions options{.size = size, .max_wholly_rel = max_tolerance_rel};
+    const Sewn sewn = sew_by_gaps(sheets, options, origins);
     if (sewn.shape.IsNull()) {
-        report.notices.push_back(
-            "sewing would swallow faces at any tolerance; the faces stay as they are");
+        // Without a gap within the limit there is nothing to try.
+        note_open_edges(as_is, size, report);
         return as_is;
     }
-    if (sewn.free_edges >= free_edges) return as_is;
-    bring_pcurves_into_step(sewn.shape, sewn.tolerance);
+    if (sewn.free_edges >= free_edges) {
+        note_open_edges(as_is, size, report);
+        return as_is;
+    }
+    report.pcurves_replaced = bring_pcurves_into_step(sewn.shape, sewn.tolerance);
     auto impl = std::make_shared<CadModel::Impl>();
     impl->shape = sewn.shape;
     report.sewing_tolerance_mm = sewn.tolerance;
     report.largest_gap_mm = measure_continuity(CadModel(impl), geom::Points(0, 3)).max_gap_mm;
+    if (sewn.tolerance > options.max_partly_rel * size) {
+        report.notices.push_back(
+            fmt::format("sewing closed gaps of up to {}; look whether that is meant",
+                        gap_text(report.largest_gap_mm, size)));
+    }
+    note_open_edges(sewn.shape, size, report);
     return sewn.shape;
 }
 
@@ -206,6 +186,20 @@ TopoDS_Shape body_of_shell(const TopoDS_Shape& shell) {
     return solid;
 }
 
+/// Faces that look the other way than they did; instances of one face count where all agree.
+int count_turned(const TopoDS_Shape& before, const TopoDS_Shape& after,
+                 const FaceOrigins& origins) {
+    std::map<const TopoDS_TShape*, TopAbs_Orientation> was;
+    for (TopExp_Explorer it(before, TopAbs_FACE); it.More(); it.Next())
+        was.emplace(it.Current().TShape().get(), it.Current().Orientation());
+    int turned = 0;
+    for (TopExp_Explorer it(after, TopAbs_FACE); it.More(); it.Next()) {
+        const auto found = was.find(origins.origin(it.Current()));
+        turned += found != was.end() && found->second != it.Current().Orientation() ? 1 : 0;
+    }
+    return turned;
+}
+
 }  // namespace
 
 TopoDS_Shape keep_faces(const TopoDS_Shape& shape) {
@@ -216,26 +210,47 @@ TopoDS_Shape keep_faces(const TopoDS_Shape& shape) {
     return compound_of(kept);
 }
 
-TopoDS_Shape heal(const TopoDS_Shape& shape, double max_tolerance_rel, ReadReport& report) {
+TopoDS_Shape heal(const TopoDS_Shape& shape, double max_tolerance_rel, ReadReport& report,
+                  FaceOrigins& origins) {
     const Bodies bodies(shape);
-    std::vector<TopoDS_Shape> result;
+    std::vector<TopoDS_Shape> solids;
     std::vector<TopoDS_Shape> loose = bodies.shells;
     loose.insert(loose.end(), bodies.faces.begin(), bodies.faces.end());
     for (const TopoDS_Shape& solid : bodies.solids) {
-        if (count_free_edges(solid) > 0) {
-            loose.push_back(solid);  // closed by name only
-            continue;
-        }
+        // Some are closed by name only.
+        (count_free_edges(solid) > 0 ? loose : solids).push_back(solid);
+    }
+    std::vector<TopoDS_Shape> result;
+    for (const TopoDS_Shape& solid : solids) {
         TopoDS_Solid oriented = TopoDS::Solid(solid);
         BRepLib::OrientClosedSolid(oriented);
         result.push_back(oriented);
     }
     if (!loose.empty()) {
-        const TopoDS_Shape sheets = sew_sheets(loose, max_tolerance_rel, report);
-        for (const TopoDS_Shape& shell : FaceGraph(sheets).shells())
-            result.push_back(body_of_shell(shell));
+        const double size = tight_bounds(shape).diagonal();
+        const CleanedParts cleaned = drop_duplicates_and_slivers(loose, solids, size);
+        report.duplicates_dropped = cleaned.duplicates;
+        report.slivers_dropped = cleaned.slivers;
+        if (cleaned.duplicates + cleaned.slivers > 0) {
+            report.notices.push_back(
+                fmt::format("{} faces that lie on others and {} without width are left out",
+                            cleaned.duplicates, cleaned.slivers));
+        }
+        if (!cleaned.parts.empty()) {
+            const TopoDS_Shape sheets =
+                sew_sheets(cleaned.parts, size, max_tolerance_rel, report, origins);
+            for (const TopoDS_Shape& shell : FaceGraph(sheets).shells())
+                result.push_back(body_of_shell(shell));
+        }
     }
-    return compound_of(result);
+    const TopoDS_Shape healed = compound_of(result);
+    report.faces_turned = count_turned(shape, healed, origins);
+    if (report.faces_turned > 0) {
+        report.notices.push_back(
+            fmt::format("{} faces turned to agree with their neighbours and to look outward",
+                        report.faces_turned));
+    }
+    return healed;
 }
 
 }  // namespace patchwright::occ

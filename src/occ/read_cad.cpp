@@ -2,7 +2,9 @@
 #include "occ/exchange_session.h"
 #include "occ/file_checks.h"
 #include "occ/heal.h"
+#include "occ/iges_repair.h"
 #include "occ/kernel_guard.h"
+#include "occ/temporary_file.h"
 
 #include <patchwright/base/error.h>
 
@@ -116,10 +118,16 @@ TopoDS_Shape read_step(const Path& path, ReadReport& report) {
 }
 
 TopoDS_Shape read_iges(const Path& path, ReadReport& report) {
-    check_iges_file(path);
+    const auto repair = repair_iges(check_iges_file(path));
+    std::optional<TemporaryFile> repaired;
+    if (repair) {
+        repaired.emplace(repair->text, ".igs");
+        for (const std::string& notice : repair->notices)
+            report.notices.push_back(fmt::format("{}: {}", path.string(), notice));
+    }
     ExchangeSession session;
     IGESControl_Reader reader;
-    if (reader.ReadFile(path.c_str()) != IFSelect_RetDone) {
+    if (reader.ReadFile(repaired ? repaired->path().c_str() : path.c_str()) != IFSelect_RetDone) {
         refuse(path, "is not readable as IGES; the CAD kernel finds errors of syntax");
     }
     const IGESData_GlobalSection global = reader.IGESModel()->GlobalSection();
@@ -198,7 +206,9 @@ ReadResult read_cad(const Path& path, const ReadOptions& options) {
         apply_unit_override(shape, options, report);
         shape = keep_faces(shape);
         report.free_edges_before = count_free_edges(shape);
-        impl->shape = options.heal ? heal(shape, options.max_sewing_tolerance_rel, report) : shape;
+        FaceOrigins origins;
+        impl->shape =
+            options.heal ? heal(shape, options.max_sewing_tolerance_rel, report, origins) : shape;
         report.free_edges_after = count_free_edges(impl->shape);
     });
     base::report_progress(options.progress, "read", 1.0);

@@ -41,14 +41,20 @@ struct ReadReport {
     int free_edges_after = 0;          ///< after sewing
     double largest_gap_mm = 0.0;       ///< largest gap that sewing closed
     double sewing_tolerance_mm = 0.0;  ///< 0: nothing was sewn
+    /// Distances from free edges to the next one after sewing; 0 when nothing is open.
+    double smallest_open_gap_mm = 0.0, largest_open_gap_mm = 0.0;
+    int duplicates_dropped = 0;  ///< loose faces that lie on another
+    int slivers_dropped = 0;     ///< loose faces without width
+    int faces_turned = 0;        ///< by making orientations agree and look outward
+    int pcurves_replaced = 0;    ///< that ran out of step with their edges after sewing
     std::vector<std::string> notices;  ///< one line each, for the user
 };
 
 struct ReadOptions {
     std::optional<base::LengthUnit> unit;  ///< overrides what the file says
     bool heal = true;                      ///< sew loose faces, orient shells; false: as is
-    /// Upper bound for the sewing tolerance as a fraction of the diagonal. Gaps up to it are
-    /// closed.
+    /// Upper bound for the sewing tolerance as a fraction of the diagonal. Above 1e-4 gaps are
+    /// closed only if nothing stays open then.
     double max_sewing_tolerance_rel = 1e-3;
     base::Progress progress;
 };

@@ -1,0 +1,152 @@
+// Healing of faces that do not hang together: what is closed, left out, turned, and said.
+#include "occ/heal.h"
+
+#include "occ/free_edge_gaps.h"
+#include "occ/iges_repair.h"
+#include "occ/shapes.h"
+
+#include <patchwright/occ/inspect.h>
+
+#include <BRepBuilderAPI_Copy.hxx>
+#include <BRepBuilderAPI_MakeFace.hxx>
+#include <BRepBuilderAPI_Transform.hxx>
+#include <TopoDS.hxx>
+#include <TopoDS_Face.hxx>
+#include <catch2/catch.hpp>
+#include <gp_Pln.hxx>
+
+using namespace patchwright;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// The faces of a box of size 10 without common edges, each moved by `apart` times its number in a
+/// direction of its own.
+std::vector<TopoDS_Shape> loose_box(double apart) {
+    const TopoDS_Shape box = BRepPrimAPI_MakeBox(10.0, 10.0, 10.0).Shape();
+    std::vector<TopoDS_Shape> faces;
+    for (TopExp_Explorer it(box, TopAbs_FACE); it.More(); it.Next()) {
+        gp_Trsf move;
+        const int n = int(faces.size());
+        move.SetTranslation(apart * gp_Vec(n % 2, n % 3 - 1, n % 4 - 1.5));
+        faces.push_back(BRepBuilderAPI_Transform(it.Current(), move, true).Shape());
+    }
+    return faces;
+}
+
+TopoDS_Shape compound(const std::vector<TopoDS_Shape>& shapes) {
+    const BRep_Builder builder;
+    TopoDS_Compound result;
+    builder.MakeCompound(result);
+    for (const TopoDS_Shape& shape : shapes) builder.Add(result, shape);
+    return result;
+}
+
+struct Healed {
+    occ::ReadReport report;
+    occ::Inspection found;
+};
+
+Healed heal(const std::vector<TopoDS_Shape>& shapes) {
+    Healed result;
+    occ::FaceOrigins origins;
+    result.found =
+        occ::inspect(test::model_of(occ::heal(compound(shapes), 1e-3, result.report, origins)));
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("the gaps between loose faces are measured", "[occ][heal][oracle]") {
+    // Two unit squares side by side, 0.01 apart.
+    const TopoDS_Shape a = BRepBuilderAPI_MakeFace(gp_Pln(), 0.0, 1.0, 0.0, 1.0).Face();
+    const TopoDS_Shape b = BRepBuilderAPI_MakeFace(gp_Pln(), 1.01, 2.01, 0.0, 1.0).Face();
+    const std::vector<double> gaps = occ::free_edge_gaps(compound({a, b}));
+    REQUIRE(gaps.size() == 8);
+    CHECK(gaps[0] == Approx(0.01));
+    CHECK(gaps[1] == Approx(0.01));
+    // The others are nearest to their neighbours around the corner, half of their length away.
+    CHECK(gaps[2] == Approx(0.5).epsilon(0.1));
+    CHECK(occ::free_edge_gaps(BRepPrimAPI_MakeBox(1.0, 1.0, 1.0).Shape()).empty());
+}
+
+TEST_CASE("sewing takes the tolerance that the gaps ask for", "[occ][heal]") {
+    const double diagonal = std::sqrt(300.0);
+    for (const double apart : {0.0, 1e-5, 3e-4, 2e-3}) {
+        CAPTURE(apart);
+        const Healed box = heal(loose_box(apart));
+        CHECK(box.found.solids == 1);
+        CHECK(box.found.volume_mm3 == Approx(1000.0).epsilon(10 * apart + 1e-9));
+        CHECK(box.report.sewing_tolerance_mm <= 12.0 * apart + 1e-6);
+        // Gaps above 1e-4 of the diagonal are worth a word.
+        const bool large = box.report.sewing_tolerance_mm > 1e-4 * diagonal;
+        CHECK(box.report.notices.size() == (large ? 1 : 0));
+    }
+    // Larger gaps are closed only if that closes the body: here a face is missing.
+    auto open = loose_box(2e-3);
+    open.pop_back();
+    const Healed still = heal(open);
+    CHECK(still.report.sewing_tolerance_mm <= 1e-4 * diagonal);
+    CHECK(still.found.free_edges > 4);
+    REQUIRE_FALSE(still.report.notices.empty());
+    CHECK_THAT(still.report.notices.front(), Contains("stay open"));
+}
+
+TEST_CASE("faces that are there twice and faces without width are left out", "[occ][heal]") {
+    auto faces = loose_box(0.0);
+    faces.push_back(BRepBuilderAPI_Copy(faces[2]).Shape());
+    faces.push_back(BRepBuilderAPI_Copy(faces[4]).Shape().Reversed());
+    faces.push_back(BRepBuilderAPI_MakeFace(gp_Pln(), 0.0, 10.0, 0.0, 1e-6).Face());
+    const Healed box = heal(faces);
+    CHECK(box.report.duplicates_dropped == 2);
+    CHECK(box.report.slivers_dropped == 1);
+    CHECK(box.found.faces == 6);
+    CHECK(box.found.solids == 1);
+    CHECK(box.found.volume_mm3 == Approx(1000.0));
+    REQUIRE_FALSE(box.report.notices.empty());
+    CHECK_THAT(box.report.notices.front(), Contains("2 faces that lie on others and 1 without"));
+
+    // The same faces somewhere else are no duplicates, nor is the other half of a cylinder.
+    auto two = loose_box(0.0);
+    for (const TopoDS_Shape& face : loose_box(0.0)) {
+        gp_Trsf move;
+        move.SetTranslation(gp_Vec(20, 0, 0));
+        two.push_back(BRepBuilderAPI_Transform(face, move, true).Shape());
+    }
+    CHECK(heal(two).found.solids == 2);
+}
+
+TEST_CASE("faces that look the wrong way are turned and counted", "[occ][heal]") {
+    auto faces = loose_box(0.0);
+    for (const std::size_t i : {0u, 3u}) faces[i].Reverse();
+    const Healed some = heal(faces);
+    CHECK(some.report.faces_turned == 2);
+    CHECK(some.found.volume_mm3 == Approx(1000.0));
+    const Healed inside_out = heal({BRepPrimAPI_MakeBox(1.0, 1.0, 1.0).Shape().Reversed()});
+    CHECK(inside_out.found.volume_mm3 == Approx(1.0));
+    CHECK(inside_out.report.faces_turned == 6);
+}
+
+TEST_CASE("records that end in column 65 are moved left", "[occ][heal]") {
+    const auto record = [](std::string data, char section, int number) {
+        data.resize(72, ' ');
+        std::string tail = std::to_string(number);
+        tail.insert(0, 7 - tail.size(), ' ');
+        return data + section + tail + "\n";
+    };
+    const std::string head = record("", 'S', 1) + record("1H,,1H;,4Htest;", 'G', 1);
+    const auto fields = [](int count) {
+        std::string data;
+        for (int i = 0; i < count; ++i) data += "           3,";
+        return data;
+    };
+    const std::string bad = head + record(fields(5), 'P', 1) + record("  0.5;", 'P', 2);
+    const auto repair = occ::repair_iges(bad);
+    REQUIRE(repair.has_value());
+    CHECK(repair->text == head + record(fields(5).substr(1), 'P', 1) + record("  0.5;", 'P', 2));
+    CHECK(repair->notices.size() == 1);
+    // Nothing to repair; and nothing that can be: within a string blanks count.
+    CHECK_FALSE(occ::repair_iges(head + record(fields(4), 'P', 1)).has_value());
+    CHECK_FALSE(
+        occ::repair_iges(head + record("406,70H", 'P', 1) + record(fields(5), 'P', 2)).has_value());
+}
