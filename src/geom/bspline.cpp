@@ -44,6 +44,54 @@ Vec3 BsplineCurve::at(double t) const {
     return p;
 }
 
+BsplineCurve reversed(const BsplineCurve& curve) {
+    BsplineCurve result{{curve.knots.rbegin(), curve.knots.rend()},
+                        curve.points.colwise().reverse()};
+    for (double& knot : result.knots) knot = curve.begin() + (curve.end() - knot);
+    return result;
+}
+
+namespace {
+
+/// The blossom of the polynomial between the distinct knots `span` and span + 1 at three arguments.
+Vec3 blossom(const BsplineCurve& curve, std::size_t span, const double* arguments) {
+    Vec3 d[4];
+    for (std::size_t j = 0; j < 4; ++j) d[j] = curve.points.row(Eigen::Index(span - 3 + j));
+    for (std::size_t r = 1; r <= 3; ++r) {
+        for (std::size_t j = 3; j >= r; --j) {
+            const double from = curve.knots[span - 3 + j];
+            const double to = curve.knots[span + j + 1 - r];
+            const double share = (arguments[r - 1] - from) / (to - from);
+            d[j] = (1.0 - share) * d[j - 1] + share * d[j];
+        }
+    }
+    return d[3];
+}
+
+}  // namespace
+
+BsplineCurve part(const BsplineCurve& curve, double begin, double end) {
+    if (begin == curve.begin() && end == curve.end()) return curve;
+    BsplineCurve result;
+    result.knots.assign(4, begin);
+    for (const double knot : curve.knots) {
+        if (knot > begin && knot < end) result.knots.push_back(knot);
+    }
+    result.knots.insert(result.knots.end(), 4, end);
+    const std::size_t count = result.knots.size() - 4;
+    result.points.resize(Eigen::Index(count), 3);
+    for (std::size_t i = 0; i < count; ++i) {
+        // Any interval within the control point's support has its polynomial.
+        std::size_t k = i;
+        while (result.knots[k] == result.knots[k + 1]) ++k;
+        const double middle = 0.5 * (result.knots[k] + result.knots[k + 1]);
+        const auto after = std::upper_bound(curve.knots.begin(), curve.knots.end(), middle);
+        result.points.row(Eigen::Index(i)) =
+            blossom(curve, std::size_t(after - curve.knots.begin()) - 1, &result.knots[i + 1]);
+    }
+    return result;
+}
+
 BsplineSurface::Evaluation BsplineSurface::at(double u, double v) const {
     const BasisSpan bu = cubic_basis(knots_u, u);
     const BasisSpan bv = cubic_basis(knots_v, v);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace patchwright::report {
@@ -82,8 +83,21 @@ class SectionWriter {
     }
     void patches(const PatchFigures& p) {
         sections_.push_back({"Patches", {}});
-        row("count", "{} bicubic patches, {} control points, {} at extraordinary vertices ({})",
-            p.count, p.control_points, p.caps, p.continuity);
+        row("count", "{} bicubic patches ({}), {} control points", p.count, p.covering,
+            p.control_points);
+        if (p.caps.empty()) return;
+        patch::CapReport worst;
+        int depth = 0, kinked = 0;
+        for (const patch::CapReport& cap : p.caps) {
+            if (cap.distance_mm >= worst.distance_mm) worst = cap;
+            depth = std::max(depth, cap.depth);
+            kinked += cap.smooth ? 0 : 1;
+        }
+        row("caps", "{} at extraordinary vertices ({}), {} knot levels at most", p.caps.size(),
+            p.continuity, depth);
+        row("  off the limit", "{} at most, at vertex {} with {} faces",
+            relative(worst.distance_mm), worst.vertex.value, worst.faces);
+        if (p.continuity == "g1" && kinked > 0) row("  not smooth", "{}", kinked);
     }
     void solid(const SolidFigures& s) {
         sections_.push_back({"Model as read back", {}});

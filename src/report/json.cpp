@@ -86,12 +86,21 @@ class Writer {
         }
         return {{"tolerance", length(f.tolerance)}, {"met", f.met}, {"levels", levels}};
     }
-    static Json patches(const PatchFigures& p) {
+    Json patches(const PatchFigures& p) const {
+        Json caps = Json::array();
+        for (const patch::CapReport& cap : p.caps) {
+            caps.push_back({{"vertex", cap.vertex.value},
+                            {"faces", cap.faces},
+                            {"depth", cap.depth},
+                            {"distance", length(cap.distance_mm)},
+                            {"smooth", cap.smooth}});
+        }
         return {{"count", p.count},
-                {"charts", p.count},
+                {"charts", p.covering == "charts" ? p.count : 0},
                 {"control_points", p.control_points},
-                {"caps", p.caps},
-                {"continuity", p.continuity}};
+                {"caps", p.caps.size()},
+                {"continuity", p.continuity},
+                {"extraordinary", caps}};
     }
     Json solid(const SolidFigures& s) const {
         Json json = {{"file", s.file},

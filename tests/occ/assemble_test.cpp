@@ -30,7 +30,9 @@ mesh::Cage sharp_cube(double edge) {
     return test::cube(edge, tags);
 }
 
-patch::PatchSet patches_of(const mesh::Cage& cage) { return patch::extract(cage).patches; }
+patch::PatchSet patches_of(const mesh::Cage& cage) {
+    return patch::extract(cage, {.covering = patch::Covering::Faces}).patches;
+}
 
 }  // namespace
 

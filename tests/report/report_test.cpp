@@ -16,7 +16,10 @@ report::RunReport sample() {
     r.cage = mesh::CageSummary{.vertices = 8, .faces = 6};
     r.fit = report::FitFigures{
         .tolerance = 2.54, .met = true, .levels = {{.vertices = 8, .max_mm = 1.27}}};
-    r.patches = report::PatchFigures{.count = 24, .caps = 24, .continuity = "refined"};
+    r.patches = report::PatchFigures{.count = 24,
+                                     .continuity = "g1",
+                                     .covering = "charts",
+                                     .caps = {{.faces = 3, .distance_mm = 2.54}}};
     r.solid = report::SolidFigures{
         .file = "o.step", .solids = 1, .closed = true, .volume = 25.4 * 25.4 * 25.4};
     r.deviation = report::DeviationFigures{
@@ -44,6 +47,9 @@ TEST_CASE("the JSON report has the contract's keys in the report's unit", "[repo
     for (const char* key : {"count", "charts", "control_points", "caps", "continuity"}) {
         CHECK(json.at("patches").contains(key));
     }
+    CHECK(json.at("patches").at("charts") == 24);
+    CHECK(json.at("patches").at("caps") == 1);
+    CHECK(json.at("patches").at("extraordinary").at(0).at("distance").get<double>() == Approx(0.1));
 }
 
 TEST_CASE("sections that do not apply are left out", "[report]") {

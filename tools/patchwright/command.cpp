@@ -23,6 +23,8 @@ volatile std::sig_atomic_t interrupted = 0;
 
 namespace {
 
+constexpr int continuity_samples = 33;  // an edge
+
 report::SolidFigures solid_figures(const std::string& file, const occ::CadModel& model) {
     const occ::Inspection i = occ::inspect(model);
     return {.file = file,
@@ -69,16 +71,20 @@ void add_output_options(CLI::App& command, OutputOptions& options) {
     command
         .add_option(
             "--continuity", options.continuity,
-            "at extraordinary vertices: refined (knots towards the vertex, a small kink remains)")
-        ->check(CLI::IsMember({"refined"}))
-        ->capture_default_str();
-    command.add_option("--patches", options.patches, "one surface for each cage face: faces")
-        ->check(CLI::IsMember({"faces"}))
+            "at extraordinary vertices: g1 (tangent planes agree exactly) or refined (knots "
+            "towards the vertex, a small kink remains)")
+        ->check(CLI::IsMember({"g1", "refined"}))
         ->capture_default_str();
     command
-        .add_option("--cap-depth", options.cap_depth, "knot levels towards an extraordinary vertex")
-        ->check(CLI::Range(1, 20))
+        .add_option("--patches", options.patches,
+                    "charts (one surface for as many cage faces as possible) or faces (one each)")
+        ->check(CLI::IsMember({"charts", "faces"}))
         ->capture_default_str();
+    command
+        .add_option(
+            "--cap-depth", options.cap_depth,
+            "knot levels towards an extraordinary vertex; left away: as the tolerance needs")
+        ->check(CLI::Range(1, patch::max_cap_depth));
 }
 
 void add_fit_options(CLI::App& command, FitCommandOptions& options) {
@@ -188,12 +194,17 @@ void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUni
 }
 
 occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOptions& options,
-                            base::LengthUnit unit) {
+                            base::LengthUnit unit, double tolerance_mm) {
     occ::file_format(options.file);  // refuses an unknown extension before the work
-    const patch::Extraction extraction = patch::extract(cage, {.cap_depth = options.cap_depth});
+    patch::ExtractOptions extract_options{.tolerance_mm = tolerance_mm};
+    if (options.continuity == "refined") extract_options.join = patch::Join::Refined;
+    if (options.patches == "faces") extract_options.covering = patch::Covering::Faces;
+    if (options.cap_depth > 0) extract_options.cap_depth = options.cap_depth;
+    const patch::Extraction extraction = patch::extract(cage, extract_options);
     report::PatchFigures figures{.count = static_cast<int>(extraction.patches.patches.size()),
-                                 .caps = extraction.caps,
-                                 .continuity = options.continuity};
+                                 .continuity = options.continuity,
+                                 .covering = options.patches,
+                                 .caps = extraction.caps};
     for (const patch::Patch& patch : extraction.patches.patches) {
         figures.control_points += static_cast<int>(patch.surface.points.rows());
     }
@@ -209,8 +220,8 @@ occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOption
 
     occ::CadModel written = occ::read_cad(options.file, {.heal = false}).model;
     run.report.solid = solid_figures(options.file, written);
-    run.report.continuity =
-        occ::measure_continuity(written, patch::crease_midpoints(extraction.patches));
+    run.report.continuity = occ::measure_continuity(
+        written, patch::crease_midpoints(extraction.patches), continuity_samples);
     return written;
 }
 

@@ -42,9 +42,9 @@ struct OutputOptions {
     std::string file;
     std::string unit = "input";
     std::string schema = "ap214";
-    std::string continuity = "refined";
-    std::string patches = "faces";
-    int cap_depth = 8;
+    std::string continuity = "g1";
+    std::string patches = "charts";
+    int cap_depth = 0;  ///< 0: by the tolerance
 };
 
 void add_output_options(CLI::App& command, OutputOptions& options);
@@ -100,8 +100,9 @@ void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUni
 
 /// Extracts patches, assembles, writes and reads back; fills report.patches, solid and continuity.
 /// The model returned is the one on disk.
+/// @param tolerance_mm  how far caps at extraordinary vertices may lie from the limit surface
 occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOptions& options,
-                            base::LengthUnit unit);
+                            base::LengthUnit unit, double tolerance_mm);
 
 /// Measures both ways and fills report.deviation.
 void compare_models(Run& run, const occ::CadReference& output, const occ::CadReference& input,

@@ -8,6 +8,9 @@ namespace patchwright::cli {
 
 namespace {
 
+/// Of the tolerance, for caps at extraordinary vertices; the rest is for the fit.
+constexpr double caps_share = 0.1;
+
 struct ConvertOptions {
     CommonOptions common;
     OutputOptions output;
@@ -34,7 +37,8 @@ int convert(const ConvertOptions& options) {
 
     const mesh::Cage fitted = fit_cage(run, cage, reference, options.fit);
     if (!options.cage_out.empty()) write_cage(fitted, options.cage_out, cage_unit);
-    const occ::CadModel written = write_patches(run, fitted, options.output, run.report.unit);
+    const occ::CadModel written = write_patches(run, fitted, options.output, run.report.unit,
+                                                caps_share * run.report.fit->tolerance);
     compare_models(run, occ::CadReference(written), reference, options.samples);
     run.end_stage("check");
 

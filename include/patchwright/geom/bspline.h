@@ -18,6 +18,13 @@ struct BsplineCurve {
     [[nodiscard]] Vec3 at(double t) const;
 };
 
+/// The same curve run the other way, over the same range.
+BsplineCurve reversed(const BsplineCurve& curve);
+
+/// The piece of the curve over [begin, end], exactly; all of it unchanged.
+/// @pre curve.begin() <= begin < end <= curve.end()
+BsplineCurve part(const BsplineCurve& curve, double begin, double end);
+
 /// Clamped tensor-product bicubic B-spline surface.
 struct BsplineSurface {
     std::vector<double> knots_u;  ///< rows + 4 values

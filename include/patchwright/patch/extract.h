@@ -4,28 +4,63 @@
 #include <patchwright/mesh/cage.h>
 #include <patchwright/patch/patch_set.h>
 
+#include <optional>
+
 namespace patchwright::patch {
 
+/// How patches meet at extraordinary vertices.
+enum class Join {
+    G1,      ///< tangent planes agree exactly
+    Refined  ///< knots towards the vertex make the remaining kink small
+};
+
+/// What one patch covers.
+enum class Covering {
+    Charts,  ///< as many faces as possible
+    Faces    ///< one face
+};
+
+/// Largest number of knot levels towards an extraordinary vertex.
+inline constexpr int max_cap_depth = 20;
+
 struct ExtractOptions {
-    /// Levels of knots towards an extraordinary corner: outside [0, 2^-cap_depth]^2 there the patch
-    /// is the limit surface exactly; 1 to 20.
-    int cap_depth = 8;
+    Join join = Join::G1;
+    Covering covering = Covering::Charts;
+    /// How far caps may lie from the limit surface; 0: 1e-5 of the diagonal of the cage.
+    double tolerance_mm = 0.0;
+    /// Levels of knots towards extraordinary vertices, 1 to max_cap_depth; empty: what the
+    /// tolerance takes. Where the cage is not regular enough around the vertex it takes more.
+    std::optional<int> cap_depth;
+};
+
+/// What was done at one side of an extraordinary vertex.
+struct CapReport {
+    mesh::VertexId vertex;     ///< of Extraction::cage
+    int faces = 0;             ///< around the vertex on this side of its sharp edges
+    int depth = 0;             ///< knots come as near as 2^-depth of a face
+    double distance_mm = 0.0;  ///< largest measured distance from the limit surface
+    /// Whether tangent planes agree exactly. They do not with Join::Refined, at sharp
+    /// vertices without sharp edges (the limit surface has a point there), and at corners whose
+    /// sharp edges are nearly parallel.
+    bool smooth = false;
 };
 
 struct Extraction {
     PatchSet patches;
-    mesh::Cage
-        cage;  ///< the cage whose faces the patches are, in order: refined as often as needed
-    int refinements = 0;  ///< Catmull-Clark steps from the given cage to that one
-    int caps = 0;         ///< patches with an extraordinary corner
+    /// The cage whose faces the patches cover: the given one, or its first refinement when that has
+    /// other polygons than quads.
+    mesh::Cage cage;
+    int refinements = 0;          ///< Catmull-Clark steps from the given cage to that one
+    std::vector<CapReport> caps;  ///< by vertex
 };
 
-/// One patch a face. Cages with other polygons than quads, semi-sharp features, or faces with more
-/// than one extraordinary corner are refined first, which does not change the limit surface.
-/// Source: control points as blossoms of the regular pieces around an extraordinary corner; the
-/// corner's own control point is its limit point. Neighbouring patches share their boundary curve
-/// exactly.
-/// @throw InvalidArgument when cap_depth is out of range
+/// Covers the limit surface by untrimmed patches. Away from extraordinary vertices they are the
+/// limit surface, C2 inside; near them, within squares of size 2^(1 - depth) of a face (Refined:
+/// 2^-depth), they deviate by at most the tolerance. Neighbouring patches share their boundary
+/// curves; where a corner of a patch meets the side of another, the side consists of several edges.
+/// Source: control points are blossoms of the regular pieces around an extraordinary vertex; see
+/// src/README.md for the caps.
+/// @throw InvalidArgument when the tolerance is negative or the depth out of range
 Extraction extract(const mesh::Cage& cage, const ExtractOptions& options = {});
 
 /// The middle of every crease edge's curve, one row each; empty when there are none.

@@ -6,6 +6,7 @@
 #include <patchwright/fit/fit.h>
 #include <patchwright/mesh/cage.h>
 #include <patchwright/patch/continuity.h>
+#include <patchwright/patch/extract.h>
 
 #include <map>
 #include <optional>
@@ -35,8 +36,9 @@ struct FitFigures {
 struct PatchFigures {
     int count = 0;
     int control_points = 0;
-    int caps = 0;
-    std::string continuity;  ///< "refined"
+    std::string continuity;  ///< "g1" or "refined"
+    std::string covering;    ///< "charts" or "faces"
+    std::vector<patch::CapReport> caps;
 };
 
 /// The CAD file that came out, or one that was inspected, as read back from disk.

@@ -1,0 +1,69 @@
+// What fills the squares at extraordinary vertices that regular pieces leave open.
+#pragma once
+
+#include "patch/fan.h"
+#include "patch/piece.h"
+
+#include <patchwright/mesh/cage.h>
+#include <patchwright/patch/extract.h>
+
+#include <map>
+#include <memory>
+#include <mutex>
+
+namespace patchwright::patch {
+
+class CapSolver;
+
+/// The filling around one irregular fan.
+struct Cap {
+    Fan fan;
+    CapReport report;
+    /// Per face of the fan: the corner's square [0, 2^-hole]^2 (seen from the corner) is left by
+    /// the regular pieces and filled by `pieces`, which are in the face's own parameters.
+    int hole = 0;
+    std::vector<std::vector<Piece>> pieces;
+    /// Whether each face has 2 x 2 pieces that join each other with C1.
+    bool is_split = false;
+    /// Whether the cap joins what lies outside with C1 only.
+    bool is_c1_outside = false;
+
+    /// Parameters seen from the corner where pieces meet, rising, twice where they meet with C1.
+    [[nodiscard]] std::vector<double> knots(int steps_to_one_corner) const;
+};
+
+/// Fills fans of one cage. Thread-safe.
+class CapBuilder {
+  public:
+    CapBuilder(const mesh::Cage& cage, const ExtractOptions& options, double tolerance_mm,
+               subd::RingTable& table);
+    ~CapBuilder();
+
+    /// The shallowest cap within the tolerance, at most of the largest depth.
+    /// @pre not fan.is_regular()
+    [[nodiscard]] Cap build(const Fan& fan);
+
+  private:
+    struct Sector;
+    class CapSurface;
+    using Net = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+
+    /// False when there is no exact solution; `cap` is as it was then.
+    /// @param corner  the solver of a fan of kind Corner, made by the first call
+    [[nodiscard]] bool fill_smoothly(const std::vector<Sector>& sectors, Cap& cap,
+                                     std::unique_ptr<CapSolver>& corner);
+    static void fill_by_limit(const std::vector<Sector>& sectors, Cap& cap);
+    [[nodiscard]] double distance(const Cap& cap, const std::vector<Sector>& sectors);
+    const CapSolver& solver(FanKind kind, int size);
+    const Eigen::MatrixXd& sample_masks(const subd::RingKind& kind, int corner);
+
+    const mesh::Cage& cage_;
+    ExtractOptions options_;
+    double tolerance_mm_;
+    subd::RingTable& table_;
+    std::mutex mutex_;
+    std::map<std::pair<FanKind, int>, std::unique_ptr<CapSolver>> solvers_;
+    std::map<std::pair<const subd::RingKind*, int>, Eigen::MatrixXd> masks_;
+};
+
+}  // namespace patchwright::patch

@@ -1,0 +1,205 @@
+#include "patch/cap_solver.h"
+
+#include <Eigen/QR>
+#include <cmath>
+
+namespace patchwright::patch {
+
+namespace {
+
+using Matrix = Eigen::MatrixXd;
+using Row = Eigen::RowVectorXd;
+
+/// Which unknown is which row of the vector of unknowns; -1 where there is none.
+struct Unknowns {
+    int x = -1, y = -1;  ///< the two vectors that span the tangent plane
+    int twist = -1;      ///< point (1, 1) of the first face
+    int dart = -1;       ///< point (2, 0) on a dart's sharp edge
+    int spread = 0;      ///< per smooth edge: how points (2, 1) and (1, 2) beside it lie apart
+    int first_side = -1, last_side = -1;  ///< points (2, 1) and (1, 2) beside the sharp edges
+    int inner = 0;                        ///< per face: point (2, 2)
+    int count = 0;
+};
+
+}  // namespace
+
+struct CapSolver::Plan {
+    FanKind kind;
+    int n;
+    double angle;
+    Unknowns at;
+    Matrix from_points;  ///< unknowns x points: the best unknowns, negated
+
+    Plan(FanKind fan_kind, int size, double corner_angle)
+        : kind(fan_kind),
+          n(size),
+          angle(kind == FanKind::Corner   ? corner_angle
+                : kind == FanKind::Crease ? M_PI / size
+                                          : 2.0 * M_PI / size) {
+        const auto next = [&] { return at.count++; };
+        if (kind == FanKind::Ring || kind == FanKind::Dart) at.x = next();
+        if (kind != FanKind::Corner) at.y = next();
+        if (!is_ring() || n % 2 == 0) at.twist = next();
+        if (kind == FanKind::Dart) at.dart = next();
+        at.spread = at.count;
+        at.count += n;
+        if (!is_ring()) {
+            at.first_side = next();
+            at.last_side = next();
+        }
+        at.inner = at.count;
+        at.count += n;
+
+        Matrix influence = Matrix::Zero(cap_points * n, at.count);
+        fill(influence, Matrix::Identity(at.count, at.count));
+        const Matrix energy = energy_rows();
+        const Matrix system = energy * influence;
+        from_points = system.completeOrthogonalDecomposition().solve(energy);
+    }
+
+    [[nodiscard]] bool is_ring() const { return kind == FanKind::Ring; }
+    [[nodiscard]] bool is_smooth(int edge) const { return is_ring() || (edge > 0 && edge < n); }
+
+    /// Completes the columns of `b` (points) for the given unknowns. Linear in both together.
+    void fill(Matrix& b, const Matrix& unknown) const {
+        const auto value = [&](int row) -> Row {
+            return row < 0 ? Row(Row::Zero(b.cols())) : Row(unknown.row(row));
+        };
+        const auto point = [&](int face, int i, int j) { return b.row(cap_row(face, i, j)); };
+        const Row vertex = point(0, 0, 0);
+        const int edges = is_ring() ? n : n + 1;
+
+        Row x = value(at.x), y = value(at.y);
+        if (at.x < 0) x = 1.5 * (point(0, 1, 0) - vertex);
+        if (kind == FanKind::Corner) {
+            const Row last = 1.5 * (point(n - 1, 0, 1) - vertex);
+            y = (last - std::cos(n * angle) * x) / std::sin(n * angle);
+        }
+        if (is_ring() && n % 2 == 0) remove_alternation(b);
+
+        std::vector<Row> second(static_cast<std::size_t>(edges)), sum(second);
+        for (int s = 0; s < edges; ++s) {
+            const int right = s % n, left = (s + n - 1) % n;
+            const Row tangent = std::cos(s * angle) * x + std::sin(s * angle) * y;
+            Row first = vertex + 2.0 / 3.0 * tangent;
+            Row& b20 = second[std::size_t(s)];
+            if (is_smooth(s)) {
+                const Row p1 = vertex + tangent;
+                const Row p2 = (2.0 * p1 + 3.0 * point(right, 4, 0)) / 5.0;
+                b20 = (2.0 * p1 + p2) / 3.0;
+                sum[std::size_t(s)] = 2.0 * first + 4.0 / 9.0 * std::cos(angle) * (p2 - p1);
+            } else if (kind == FanKind::Dart) {
+                b20 = value(at.dart);
+            } else {
+                first = s == 0 ? point(0, 1, 0) : point(n - 1, 0, 1);
+                b20 = s == 0 ? point(0, 2, 0) : point(n - 1, 0, 2);
+            }
+            if (is_ring() || s < n) {
+                point(right, 0, 0) = vertex;
+                point(right, 1, 0) = first;
+                point(right, 2, 0) = b20;
+            }
+            if (is_ring() || s > 0) {
+                point(left, 0, 1) = first;
+                point(left, 0, 2) = b20;
+            }
+        }
+        fill_twists(b, sum, value(at.twist));
+        for (int s = 0; s < edges; ++s) {
+            const int right = s % n, left = (s + n - 1) % n;
+            if (is_smooth(s)) {
+                const Row spread = value(at.spread + s);
+                point(right, 2, 1) = second[std::size_t(s)] + spread;
+                point(left, 1, 2) = second[std::size_t(s)] - spread;
+            } else if (s == 0) {
+                point(right, 2, 1) = value(at.first_side);
+            } else {
+                point(left, 1, 2) = value(at.last_side);
+            }
+        }
+        for (int s = 0; s < n; ++s) {
+            point(s, 2, 2) = value(at.inner + s);
+            for (int k = 0; k < 3; ++k) {
+                point(s, 3, k) = 0.5 * (point(s, 2, k) + point(s, 4, k));
+                point(s, k, 3) = 0.5 * (point(s, k, 2) + point(s, k, 4));
+            }
+            point(s, 3, 3) = 0.5 * (point(s, 2, 3) + point(s, 4, 3));
+        }
+    }
+
+    /// Points (1, 1): those beside a smooth edge have a known sum. Solvable in chains and odd
+    /// rings; in even rings when the sums alternate to zero, see remove_alternation().
+    void fill_twists(Matrix& b, const std::vector<Row>& sum, const Row& free) const {
+        Row twist = free;
+        if (is_ring() && n % 2 == 1) {
+            twist.setZero();
+            for (int k = 0; k < n; ++k) {
+                twist += (k % 2 == 0 ? 0.5 : -0.5) * sum[std::size_t((n - k) % n)];
+            }
+        }
+        for (int s = 0; s < n; ++s) {
+            if (s > 0) twist = (sum[std::size_t(s)] - twist).eval();
+            b.row(cap_row(s, 1, 1)) = twist;
+        }
+    }
+
+    /// Moves the points (4, 0) of the edges, and those beside them, so that they alternate to zero.
+    /// That gives up the second derivative at the outer border, no more.
+    void remove_alternation(Matrix& b) const {
+        Row alternation = Row::Zero(b.cols());
+        for (int s = 0; s < n; ++s) {
+            alternation += (s % 2 == 0 ? 1.0 : -1.0) / n * b.row(cap_row(s, 4, 0));
+        }
+        for (int s = 0; s < n; ++s) {
+            const int left = (s + n - 1) % n;
+            const Row shift = s % 2 == 0 ? Row(-alternation) : alternation;
+            for (const int side : {0, 1}) {
+                b.row(cap_row(s, 4, side)) += shift;
+                b.row(cap_row(left, side, 4)) += shift;
+            }
+        }
+    }
+
+    /// Third derivatives within the pieces and jumps of second derivatives between them, up to
+    /// factors, along the rows and columns that have unknowns.
+    [[nodiscard]] Matrix energy_rows() const {
+        constexpr double third[4] = {-1, 3, -3, 1};
+        constexpr double jump[7] = {0, 1, -2, 0, 2, -1, 0};
+        constexpr int rows_a_line = 3;
+        Matrix energy =
+            Matrix::Zero(Eigen::Index(n) * 8 * rows_a_line, Eigen::Index(cap_points) * n);
+        Eigen::Index row = 0;
+        for (int s = 0; s < n; ++s) {
+            for (int line = 0; line < 4; ++line) {
+                for (const bool along_i : {true, false}) {
+                    const auto column = [&](int k) {
+                        return along_i ? cap_row(s, k, line) : cap_row(s, line, k);
+                    };
+                    for (int k = 0; k < 4; ++k) {
+                        energy(row, column(k)) = third[k];
+                        energy(row + 1, column(3 + k)) = third[k];
+                    }
+                    for (int k = 0; k < 7; ++k) energy(row + 2, column(k)) = jump[k];
+                    row += rows_a_line;
+                }
+            }
+        }
+        return energy;
+    }
+};
+
+CapSolver::CapSolver(FanKind kind, int size, double angle)
+    : plan_(std::make_unique<const Plan>(kind, size, angle)) {}
+
+CapSolver::~CapSolver() = default;
+
+void CapSolver::solve(Eigen::Matrix<double, Eigen::Dynamic, 3>& points) const {
+    Matrix known = points;
+    plan_->fill(known, Matrix::Zero(plan_->at.count, 3));
+    const Matrix unknown = -plan_->from_points * known;
+    known = points;
+    plan_->fill(known, unknown);
+    points = known;
+}
+
+}  // namespace patchwright::patch

@@ -1,0 +1,292 @@
+#include "patch/layout.h"
+
+#include "patch/fan.h"
+
+#include <algorithm>
+#include <deque>
+#include <optional>
+
+namespace patchwright::patch {
+
+using mesh::CornerId;
+using mesh::EdgeId;
+using mesh::FaceId;
+using mesh::Topology;
+using mesh::VertexId;
+
+namespace {
+
+/// Whether a border goes straight on at the vertex: inside, four faces, nothing sharp.
+enum class Passage : char { Straight, Wall };
+
+class Tracer {
+  public:
+    explicit Tracer(const Topology& t)
+        : t_(t),
+          border_(std::size_t(t.edge_count()), 0),
+          source_(std::size_t(t.corner_count()), 0),
+          passage_(std::size_t(t.vertex_count()), Passage::Straight) {
+        for (const EdgeId e : t.edges()) border_[e.index()] = is_sharp(t, e) ? 1 : 0;
+        for (const VertexId v : t.vertices()) look_at(v);
+        lay_connections();
+        lay_others();
+    }
+
+    [[nodiscard]] bool is_border(CornerId c) const { return border_[t_.edge(c).index()] != 0; }
+
+    /// Makes the whole line through a half-edge a border, both ways to the next one.
+    void lay_line(CornerId c) {
+        follow(c);
+        if (const CornerId back = t_.twin(c); back.valid()) {
+            if (const CornerId on = straight(back); on.valid()) {
+                if (!is_border(on) && !is_crossed(t_.vertex(t_.next(back)), t_.edge(c))) follow(on);
+            }
+        }
+    }
+
+  private:
+    void look_at(VertexId v) {
+        const std::vector<Fan> fans = fans_around(t_, v);
+        if (fans.size() > 1 || fans[0].kind != FanKind::Ring || fans[0].size() != 4) {
+            passage_[v.index()] = Passage::Wall;
+        }
+        for (const Fan& fan : fans) {
+            if (fan.is_regular()) continue;
+            for (std::size_t k = fan.is_closed() ? 0 : 1; k < fan.corners.size(); ++k) {
+                source_[fan.corners[k].index()] = 1;
+                sources_.push_back(fan.corners[k]);
+            }
+        }
+    }
+
+    /// The half-edge that goes on behind `c`; not valid at walls.
+    [[nodiscard]] CornerId straight(CornerId c) const {
+        const CornerId left = t_.next(c);
+        if (passage_[t_.vertex(left).index()] == Passage::Wall) return CornerId{};
+        return t_.next(t_.twin(left));
+    }
+
+    /// Whether a border other than `own` touches the vertex.
+    [[nodiscard]] bool is_crossed(VertexId v, EdgeId own) const {
+        CornerId c = t_.corner(v);
+        const CornerId first = c;
+        do {
+            if (is_border(c) && t_.edge(c) != own) return true;
+            c = t_.rotate(c);
+        } while (c.valid() && c != first);
+        return false;
+    }
+
+    void lay(CornerId c) { border_[t_.edge(c).index()] = 1; }
+
+    struct Connection {
+        int length;
+        CornerId start;
+    };
+
+    void lay_connections() {
+        std::vector<Connection> connections;
+        for (const CornerId start : sources_) {
+            int length = 1;
+            CornerId c = start;
+            for (CornerId on = straight(c); on.valid(); on = straight(c), ++length) c = on;
+            const CornerId back = t_.twin(c);
+            if (back.valid() && source_[back.index()] != 0 && start < back) {
+                connections.push_back({length, start});
+            }
+        }
+        std::sort(connections.begin(), connections.end(),
+                  [](const Connection& a, const Connection& b) {
+                      return std::pair(a.length, a.start) < std::pair(b.length, b.start);
+                  });
+        for (const Connection& connection : connections) {
+            if (is_free(connection.start)) {
+                for (CornerId c = connection.start; c.valid(); c = straight(c)) lay(c);
+            }
+        }
+    }
+
+    /// Whether no border touches the line between its ends.
+    [[nodiscard]] bool is_free(CornerId start) const {
+        if (is_border(start)) return false;
+        CornerId c = start;
+        for (CornerId on = straight(c); on.valid(); on = straight(c)) {
+            if (is_crossed(t_.vertex(on), t_.edge(c))) return false;
+            c = on;
+        }
+        return true;
+    }
+
+    /// All at the same speed, so that charts are of like size.
+    void lay_others() {
+        std::deque<CornerId> ends;
+        for (const CornerId c : sources_) {
+            if (!is_border(c)) ends.push_back(c);
+        }
+        while (!ends.empty()) {
+            const CornerId c = ends.front();
+            ends.pop_front();
+            if (is_border(c)) continue;
+            lay(c);
+            const CornerId on = straight(c);
+            if (on.valid() && !is_crossed(t_.vertex(on), t_.edge(c))) ends.push_back(on);
+        }
+    }
+
+    void follow(CornerId c) {
+        while (c.valid() && !is_border(c)) {
+            lay(c);
+            const CornerId on = straight(c);
+            if (!on.valid() || is_crossed(t_.vertex(on), t_.edge(c))) return;
+            c = on;
+        }
+    }
+
+    const Topology& t_;
+    std::vector<char> border_;
+    std::vector<char> source_;
+    std::vector<Passage> passage_;
+    std::vector<CornerId> sources_;
+};
+
+// Neighbours of a cell, each as the corner at its lowest u and v.
+CornerId right_of(const Topology& t, CornerId c) { return t.next(t.twin(t.next(c))); }
+CornerId left_of(const Topology& t, CornerId c) { return t.previous(t.twin(t.previous(c))); }
+CornerId above(const Topology& t, CornerId c) { return t.twin(t.next(t.next(c))); }
+CornerId below(const Topology& t, CornerId c) { return t.next(t.next(t.twin(c))); }
+
+/// Gathers the rectangles between borders.
+class Collector {
+  public:
+    explicit Collector(const Topology& t)
+        : t_(t), tracer_(t), done_(std::size_t(t.face_count()), 0) {}
+
+    std::vector<Chart> run() {
+        std::vector<Chart> charts;
+        for (const FaceId f : t_.faces()) {
+            if (done_[f.index()] != 0) continue;
+            const CornerId seed = t_.corners(f)[0];
+            cut_ring(seed, t_.previous(seed), left_of);
+            cut_ring(seed, seed, below);
+            charts.push_back(collect(seed));
+        }
+        return charts;
+    }
+
+  private:
+    using Step = CornerId (*)(const Topology&, CornerId);
+
+    /// Cuts a ring of cells before the seed and halfway around.
+    /// @param leading  the seed's half-edge that `step` crosses
+    void cut_ring(CornerId seed, CornerId leading, Step step) {
+        const auto crossed = [&](CornerId cell) {
+            return leading == seed ? cell : t_.previous(cell);
+        };
+        int around = 0;
+        CornerId c = seed;
+        do {
+            if (tracer_.is_border(crossed(c))) return;
+            c = step(t_, c);
+            ++around;
+        } while (c != seed);
+        for (int k = 0; k < around / 2; ++k) c = step(t_, c);
+        tracer_.lay_line(crossed(seed));
+        tracer_.lay_line(crossed(c));
+    }
+
+    Chart collect(CornerId seed) {
+        CornerId origin = seed;
+        while (!tracer_.is_border(t_.previous(origin))) origin = left_of(t_, origin);
+        while (!tracer_.is_border(origin)) origin = below(t_, origin);
+        Chart chart;
+        for (CornerId column = origin;; column = right_of(t_, column)) {
+            ++chart.columns;
+            for (CornerId c = column;; c = above(t_, c)) {
+                chart.cells.push_back(c);
+                done_[t_.face(c).index()] = 1;
+                if (tracer_.is_border(t_.next(t_.next(c)))) break;
+            }
+            if (tracer_.is_border(t_.next(column))) break;
+        }
+        chart.rows = static_cast<int>(chart.cells.size()) / chart.columns;
+        return chart;
+    }
+
+    const Topology& t_;
+    Tracer tracer_;
+    std::vector<char> done_;
+};
+
+std::pair<Chart, Chart> halves(const Chart& chart, bool by_columns) {
+    Chart first, second;
+    const int columns = by_columns ? chart.columns / 2 : chart.columns;
+    const int rows = by_columns ? chart.rows : chart.rows / 2;
+    first.columns = columns;
+    first.rows = rows;
+    second.columns = by_columns ? chart.columns - columns : columns;
+    second.rows = by_columns ? rows : chart.rows - rows;
+    for (int i = 0; i < chart.columns; ++i) {
+        for (int j = 0; j < chart.rows; ++j) {
+            (i < columns && j < rows ? first : second).cells.push_back(chart.cell(i, j));
+        }
+    }
+    return {first, second};
+}
+
+/// Halves charts until none uses an edge of its border twice.
+void separate(const Topology& t, std::vector<Chart>& charts) {
+    std::vector<char> on_side(std::size_t(t.edge_count()), 0);  // 1 + side of the chart at hand
+    for (std::size_t k = 0; k < charts.size();) {
+        std::vector<EdgeId> seen;
+        std::optional<bool> by_columns;
+        for (int side = 0; side < 4; ++side) {
+            for (const CornerId c : charts[k].side(t, side)) {
+                char& first = on_side[t.edge(c).index()];
+                if (first == 0) {
+                    first = char(1 + side);
+                    seen.push_back(t.edge(c));
+                } else if (!by_columns) {
+                    const bool opposite = first - 1 + 2 == side;
+                    by_columns = opposite ? side == 3 : charts[k].columns >= charts[k].rows;
+                }
+            }
+        }
+        for (const EdgeId e : seen) on_side[e.index()] = 0;
+        if (!by_columns) {
+            ++k;
+            continue;
+        }
+        auto [first, second] = halves(charts[k], *by_columns);
+        charts[k] = std::move(first);
+        charts.push_back(std::move(second));
+    }
+}
+
+}  // namespace
+
+std::vector<CornerId> Chart::side(const Topology& t, int side) const {
+    std::vector<CornerId> edges;
+    const int length = side % 2 == 0 ? columns : rows;
+    for (int k = 0; k < length; ++k) {
+        switch (side) {
+            case 0: edges.push_back(cell(k, 0)); break;
+            case 1: edges.push_back(t.next(cell(columns - 1, k))); break;
+            case 2: edges.push_back(t.next(t.next(cell(columns - 1 - k, rows - 1)))); break;
+            default: edges.push_back(t.previous(cell(0, rows - 1 - k))); break;
+        }
+    }
+    return edges;
+}
+
+std::vector<Chart> cover(const Topology& t, Covering covering) {
+    std::vector<Chart> charts;
+    if (covering == Covering::Faces) {
+        for (const FaceId f : t.faces()) charts.push_back({1, 1, {t.corners(f)[0]}});
+        return charts;
+    }
+    charts = Collector(t).run();
+    separate(t, charts);
+    return charts;
+}
+
+}  // namespace patchwright::patch
