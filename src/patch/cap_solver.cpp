@@ -160,27 +160,33 @@ struct CapSolver::Plan {
         }
     }
 
-    /// Third derivatives within the pieces and jumps of second derivatives between them, up to
-    /// factors, along the rows and columns that have unknowns.
+    /// Third derivatives within the pieces, up to a common factor, along the lines of points that
+    /// have unknowns.
     [[nodiscard]] Matrix energy_rows() const {
         constexpr double third[4] = {-1, 3, -3, 1};
-        constexpr double jump[7] = {0, 1, -2, 0, 2, -1, 0};
-        constexpr int rows_a_line = 3;
-        Matrix energy =
-            Matrix::Zero(Eigen::Index(n) * 8 * rows_a_line, Eigen::Index(cap_points) * n);
+        constexpr double second[3] = {1, -2, 1};
+        constexpr int lines = 4;  // the fifth one has no unknowns
+        // Two derivatives one way and one the other come in three orders.
+        const double mixed = std::sqrt(3.0);
+        Matrix energy = Matrix::Zero(Eigen::Index(n) * lines * 2 * 6, Eigen::Index(cap_points) * n);
         Eigen::Index row = 0;
         for (int s = 0; s < n; ++s) {
-            for (int line = 0; line < 4; ++line) {
+            for (int line = 0; line < lines; ++line) {
                 for (const bool along_i : {true, false}) {
-                    const auto column = [&](int k) {
-                        return along_i ? cap_row(s, k, line) : cap_row(s, line, k);
+                    const auto column = [&](int k, int l) {
+                        return along_i ? cap_row(s, k, l) : cap_row(s, l, k);
                     };
-                    for (int k = 0; k < 4; ++k) {
-                        energy(row, column(k)) = third[k];
-                        energy(row + 1, column(3 + k)) = third[k];
+                    for (const int half : {0, 3}) {
+                        for (int k = 0; k < 4; ++k) energy(row, column(half + k, line)) = third[k];
+                        ++row;
+                        for (const int start : {half, half + 1}) {
+                            for (int k = 0; k < 3; ++k) {
+                                energy(row, column(start + k, line)) = -mixed * second[k];
+                                energy(row, column(start + k, line + 1)) = mixed * second[k];
+                            }
+                            ++row;
+                        }
                     }
-                    for (int k = 0; k < 7; ++k) energy(row + 2, column(k)) = jump[k];
-                    row += rows_a_line;
                 }
             }
         }

@@ -22,7 +22,7 @@ constexpr int cap_row(int face, int i, int j) { return cap_points * face + cap_s
 /// on the inner half, the derivatives across it sum to 2 cos(phi) (1 - t)^2 C'(t), which is the
 /// condition for a common tangent plane; phi is the angle between neighbouring edges at the vertex
 /// in an affine image of the fan. Among the solutions it takes the one with the least third
-/// derivatives and the least jumps of second derivatives inside the faces.
+/// derivatives.
 /// Source: the condition is that of Peters, Smooth interpolation of a mesh of curves (1991), for
 /// the linear alpha of Gregory and Hahn made quadratic so that it joins C1 with the outer half.
 class CapSolver {
