@@ -188,6 +188,31 @@ ordered_json product_rates(const subd::LimitOperator& op, const mesh::Cage& cage
     return result;
 }
 
+/// Nanoseconds a point with first derivatives, at several distances from vertices of valence 5.
+ordered_json evaluation_times(const mesh::Cage& cage) {
+    std::vector<mesh::FaceId> faces;
+    for (const mesh::FaceId f : cage.topology->faces()) {
+        if (cage.topology->valence(cage.topology->vertex(cage.topology->corners(f)[0])) == 5) {
+            faces.push_back(f);
+        }
+    }
+    const subd::LimitEvaluator evaluator(cage.topology);
+    ordered_json result;
+    double sum = 0.0;
+    for (const double away : {0.3, 1e-3, 1e-6, 1e-9, 1e-12}) {
+        const double best = best_seconds(3, [&] {
+            for (int k = 0; k < 100000; ++k) {
+                const mesh::FaceId f =
+                    faces[std::size_t(k) % std::min<std::size_t>(faces.size(), 50)];
+                sum += evaluator.evaluate(cage.points, {f, away, 0.6 * away}, 1).du.x();
+            }
+        });
+        result[fmt::format("distance_{:g}", away)] = 1e9 * best / 100000;
+    }
+    if (!std::isfinite(sum)) std::fputs("bench_limit: points are not finite\n", stderr);
+    return result;
+}
+
 ordered_json measure(int wanted_faces, bool half_irregular) {
     const mesh::Cage cage = torus_with_turns(wanted_faces, half_irregular);
     const int faces = cage.topology->face_count();
@@ -235,6 +260,7 @@ int main(int argc, char** argv) {
     }
     base::set_thread_count(1);
     ordered_json report{{"samples_per_face", samples}};
+    report["evaluate_ns"] = evaluation_times(torus_with_turns(10000, true));
     for (const int size : sizes) {
         for (const bool half : {false, true}) report["runs"].push_back(measure(size, half));
     }
