@@ -7,7 +7,10 @@ namespace {
 
 using Row3 = Eigen::Array<double, 1, 3>;
 
-Row3 squared_norms(const geom::Points& p) { return p.colwise().squaredNorm().array(); }
+Row3 squared_norms(const geom::Points& p, bool joint) {
+    const Row3 norms = p.colwise().squaredNorm().array();
+    return joint ? Row3::Constant(norms.sum()) : norms;
+}
 
 /// a / b by column; 0 where b is 0, which stops that column.
 Row3 ratio(const Row3& a, const Row3& b) { return (b > 0.0).select(a / b.max(1e-300), 0.0); }
@@ -35,7 +38,7 @@ CglsResult solve_cgls(const LinearOperator& a, const geom::Points& b, const geom
     geom::Points s;
     a.apply_transposed(r, s);
     geom::Points d = s;
-    Row3 gamma = squared_norms(s);
+    Row3 gamma = squared_norms(s, options.joint);
     const Row3 goal = gamma * options.relative_residual * options.relative_residual;
     while ((gamma > goal).any()) {
         if (result.iterations == options.max_iterations) {
@@ -45,17 +48,17 @@ CglsResult solve_cgls(const LinearOperator& a, const geom::Points& b, const geom
         base::report_progress(options.progress, "solve",
                               double(result.iterations) / options.max_iterations);
         a.apply(d, product);
-        const Row3 alpha = ratio(gamma, squared_norms(product));
+        const Row3 alpha = ratio(gamma, squared_norms(product, options.joint));
         add_scaled(result.x, alpha, d);
         add_scaled(r, -alpha, product);
         a.apply_transposed(r, s);
-        const Row3 next = squared_norms(s);
+        const Row3 next = squared_norms(s, options.joint);
         d = (s + d * ratio(next, gamma).matrix().asDiagonal()).eval();
         gamma = next;
         ++result.iterations;
     }
     result.residual = r.norm();
-    result.normal_residual = std::sqrt(gamma.sum());
+    result.normal_residual = s.norm();
     return result;
 }
 

@@ -46,8 +46,47 @@ std::vector<subd::Site> face_sites(const Topology& topology) {
     return sites;
 }
 
+namespace {
+
+/// Numbers of the chains of infinitely sharp edges, by edge; -1 for other edges.
+std::vector<int> edge_chains(const Topology& topology, int& count) {
+    std::vector<std::vector<EdgeId>> sharp(std::size_t(topology.vertex_count()));
+    for (const EdgeId e : topology.edges()) {
+        if (!std::isinf(topology.sharpness(e))) continue;
+        sharp[topology.start(e).index()].push_back(e);
+        sharp[topology.end(e).index()].push_back(e);
+    }
+    std::vector<int> chain(std::size_t(topology.edge_count()), -1);
+    std::vector<EdgeId> pending;
+    for (const EdgeId first : topology.edges()) {
+        if (!std::isinf(topology.sharpness(first)) || chain[first.index()] >= 0) continue;
+        pending.push_back(first);
+        chain[first.index()] = count;
+        while (!pending.empty()) {
+            const EdgeId e = pending.back();
+            pending.pop_back();
+            for (const mesh::VertexId v : {topology.start(e), topology.end(e)}) {
+                if (sharp[v.index()].size() != 2 || std::isinf(topology.sharpness(v))) continue;
+                for (const EdgeId next : sharp[v.index()]) {
+                    if (chain[next.index()] >= 0 ||
+                        topology.is_boundary(next) != topology.is_boundary(e)) {
+                        continue;
+                    }
+                    chain[next.index()] = count;
+                    pending.push_back(next);
+                }
+            }
+        }
+        ++count;
+    }
+    return chain;
+}
+
+}  // namespace
+
 CurveSampling curve_sites(const Topology& topology) {
     CurveSampling sampling;
+    const std::vector<int> chain = edge_chains(topology, sampling.chain_count);
     for (const EdgeId e : topology.edges()) {
         if (!std::isinf(topology.sharpness(e))) continue;
         const CornerId c = topology.corner(e);
@@ -64,6 +103,7 @@ CurveSampling curve_sites(const Topology& topology) {
         }
         sampling.kinds.resize(sampling.sites.size(),
                               topology.is_boundary(e) ? CurveKind::Boundary : CurveKind::Crease);
+        sampling.chains.resize(sampling.sites.size(), chain[e.index()]);
     }
     return sampling;
 }

@@ -14,6 +14,9 @@ enum class CurveKind { Crease, Boundary };
 struct CurveSampling {
     std::vector<subd::Site> sites;
     std::vector<CurveKind> kinds;  ///< one a site
+    /// One a site: which run of edges of one kind without a corner inside it belongs to, from 0.
+    std::vector<int> chains;
+    int chain_count = 0;
 };
 
 /// Parameters ((i + 1/2) / n, (j + 1/2) / n).

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <limits>
 
 namespace patchwright::subd {
@@ -24,7 +25,7 @@ std::size_t chunk_size(std::size_t sites) {
 }
 
 void check_sites(const mesh::Topology& topology, const std::vector<ParameterSet>& sets,
-                 std::span<const Site> sites) {
+                 std::span<const Site> sites, int rows_a_sample) {
     std::int64_t rows = 0;
     for (const Site& site : sites) {
         const bool on_mesh = site.face.valid() && site.face.value < topology.face_count();
@@ -37,7 +38,7 @@ void check_sites(const mesh::Topology& topology, const std::vector<ParameterSet>
                 fmt::format("site (face {}, sector {}, set {}) does not exist", site.face.value,
                             site.sector, site.set));
         }
-        rows += static_cast<std::int64_t>(sets[std::size_t(site.set)].size());
+        rows += rows_a_sample * static_cast<std::int64_t>(sets[std::size_t(site.set)].size());
     }
     if (rows > std::numeric_limits<std::int32_t>::max()) {
         throw base::InvalidArgument(fmt::format("{} samples are more than fit an operator", rows));
@@ -79,29 +80,44 @@ class TemplateIndex {
 
 struct LimitOperator::Template {
     MaskTable position, du, dv;
+    std::vector<double> position_squares;  // of each slot
 
-    Template(const RingKind& kind, const ParameterSet& set, int sector, int order) {
+    Template(const RingKind& kind, const ParameterSet& set, int sector, SampleRows rows) {
         const auto samples = static_cast<int>(set.size());
-        MaskTable* const tables[] = {&position, &du, &dv};
-        const int count = order == 0 ? 1 : 3;
-        for (int t = 0; t < count; ++t) *tables[t] = MaskTable(samples, kind.slots());
+        const bool bending = rows == SampleRows::Bending;
+        const bool tangents = rows == SampleRows::PointsAndTangents;
+        position = MaskTable(bending ? 3 * samples : samples, kind.slots());
+        if (tangents) du = dv = MaskTable(samples, kind.slots());
         for (int k = 0; k < samples; ++k) {
             const Eigen::Vector2d& at = set[std::size_t(k)];
-            const RingMask mask = ring_mask(kind, at.x(), at.y(), sector, order);
-            for (int t = 0; t < count; ++t) {
-                for (int slot = 0; slot < kind.slots(); ++slot) {
-                    tables[t]->set(k, slot, mask.rows(t, slot));
+            const RingMask mask = ring_mask(kind, at.x(), at.y(), sector,
+                                            bending    ? 2
+                                            : tangents ? 1
+                                                       : 0);
+            for (int slot = 0; slot < kind.slots(); ++slot) {
+                if (bending) {
+                    position.set(3 * k, slot, mask.rows(3, slot));
+                    position.set(3 * k + 1, slot, std::sqrt(2.0) * mask.rows(4, slot));
+                    position.set(3 * k + 2, slot, mask.rows(5, slot));
+                } else {
+                    position.set(k, slot, mask.rows(0, slot));
+                }
+                if (tangents) {
+                    du.set(k, slot, mask.rows(1, slot));
+                    dv.set(k, slot, mask.rows(2, slot));
                 }
             }
         }
+        position_squares = position.column_squares();
     }
     [[nodiscard]] std::size_t bytes() const { return position.bytes() + du.bytes() + dv.bytes(); }
 };
 
 LimitOperator::LimitOperator(const mesh::Topology& topology, const std::vector<ParameterSet>& sets,
-                             std::span<const Site> sites, int order)
+                             std::span<const Site> sites, SampleRows rows)
     : columns_(topology.vertex_count()) {
-    check_sites(topology, sets, sites);
+    const int rows_a_sample = rows == SampleRows::Bending ? 3 : 1;
+    check_sites(topology, sets, sites, rows_a_sample);
     const std::vector<std::uint8_t> smooth = smooth_valences(topology);
     RingTable table;
     site_template_.resize(sites.size());
@@ -135,12 +151,13 @@ LimitOperator::LimitOperator(const mesh::Topology& topology, const std::vector<P
         for (const TemplateKey& key : met[c].keys()) number.push_back(all.find(key));
         for (std::size_t i = chunks_[c].begin; i < chunks_[c].end; ++i) {
             site_template_[i] = number[std::size_t(site_template_[i])];
-            row += static_cast<std::int32_t>(sets[std::size_t(sites[i].set)].size());
+            row +=
+                rows_a_sample * static_cast<std::int32_t>(sets[std::size_t(sites[i].set)].size());
             site_rows_[i + 1] = row;
         }
     }
     for (const TemplateKey& key : all.keys()) {
-        templates_.emplace_back(*key.kind, sets[std::size_t(key.set)], key.sector, order);
+        templates_.emplace_back(*key.kind, sets[std::size_t(key.set)], key.sector, rows);
     }
     colour_chunks();
 }
@@ -230,7 +247,7 @@ geom::Points LimitOperator::normals(const geom::Points& x) const {
             for_runs(chunks_[c], [&](const Template& t, std::size_t begin, std::size_t end,
                                      const std::int32_t* vertices) {
                 if (t.du.samples() != t.position.samples()) {
-                    throw base::InvalidArgument("normals: the operator was made with order 0");
+                    throw base::InvalidArgument("normals: the operator was made without tangents");
                 }
                 const auto sites = static_cast<int>(end - begin);
                 const auto row = site_rows_[begin];
@@ -245,6 +262,21 @@ geom::Points LimitOperator::normals(const geom::Points& x) const {
         }
     });
     return du;
+}
+
+Eigen::VectorXd LimitOperator::column_squares() const {
+    Eigen::VectorXd sums = Eigen::VectorXd::Zero(columns_);
+    for (const Chunk& chunk : chunks_) {
+        for_runs(chunk, [&](const Template& t, std::size_t begin, std::size_t end,
+                            const std::int32_t* vertices) {
+            for (; begin < end; ++begin, vertices += t.position.slots()) {
+                for (int k = 0; k < t.position.slots(); ++k) {
+                    sums[vertices[k]] += t.position_squares[std::size_t(k)];
+                }
+            }
+        });
+    }
+    return sums;
 }
 
 int LimitOperator::template_count() const { return static_cast<int>(templates_.size()); }

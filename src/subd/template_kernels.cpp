@@ -181,6 +181,18 @@ void MaskTable::set(int sample, int slot, double weight) {
     by_sample_[std::size_t(sample) * std::size_t(padded_slots_) + std::size_t(slot)] = weight;
 }
 
+std::vector<double> MaskTable::column_squares() const {
+    std::vector<double> sums(std::size_t(slots_), 0.0);
+    for (int slot = 0; slot < slots_; ++slot) {
+        for (int k = 0; k < samples_; ++k) {
+            const double w =
+                by_slot_[std::size_t(slot) * std::size_t(padded_samples_) + std::size_t(k)];
+            sums[std::size_t(slot)] += w * w;
+        }
+    }
+    return sums;
+}
+
 void MaskTable::apply(int sites, const std::int32_t* vertices, const double* x, double* y) const {
     apply_loop()(sites, samples_, slots_, by_slot_.data(), padded_samples_, vertices, x, y);
 }

@@ -21,6 +21,9 @@ class MaskTable {
         return sizeof(double) * (by_slot_.size() + by_sample_.size());
     }
 
+    /// Sums of the squares of each slot's weights.
+    [[nodiscard]] std::vector<double> column_squares() const;
+
     /// Points of `sites` sites that follow each other: samples() rows of `y` each.
     /// @param vertices  slots() rows of `x` for each site
     void apply(int sites, const std::int32_t* vertices, const double* x, double* y) const;

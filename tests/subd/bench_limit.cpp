@@ -219,7 +219,8 @@ ordered_json measure(int wanted_faces, bool half_irregular) {
     std::vector<subd::Site> sites;
     for (const mesh::FaceId f : cage.topology->faces()) sites.push_back({f, 0, 0});
     const auto build = [&] {
-        return subd::LimitOperator(*cage.topology, {sample_parameters()}, sites, 1);
+        return subd::LimitOperator(*cage.topology, {sample_parameters()}, sites,
+                                   subd::SampleRows::PointsAndTangents);
     };
     const double ours = best_seconds(3, [&] { build(); });
     const subd::LimitOperator op = build();

@@ -65,7 +65,7 @@ class Disc final : public geom::ReferenceSurface {
                                                     geom::FeatureKind kind) const override {
         if (kind != geom::FeatureKind::Free) return std::nullopt;
         const geom::Vec3 p = geom::Vec3(q.x(), q.y(), 0).normalized();
-        return geom::FeaturePoint{p, (q - p).norm(), 0};
+        return geom::FeaturePoint{p, (q - p).norm(), 0, 0.0, geom::Vec3(-p.y(), p.x(), 0)};
     }
 };
 
@@ -94,7 +94,9 @@ class Box final : public geom::ReferenceSurface {
             if (axis != inner || kind == geom::FeatureKind::Corner)
                 p[axis] = std::copysign(1.0, q[axis]);
         }
-        return geom::FeaturePoint{p, (q - p).norm(), 0};
+        const bool corner = kind == geom::FeatureKind::Corner;
+        const geom::Vec3 tangent = corner ? geom::Vec3::Zero().eval() : geom::Vec3::Unit(inner);
+        return geom::FeaturePoint{p, (q - p).norm(), 0, 0.0, tangent};
     }
 };
 

@@ -24,6 +24,8 @@ struct CglsOptions {
     int max_iterations = 100;  ///< K
     double relative_residual =
         1e-10;  ///< stop at |A^T r| <= this * |A^T r| of the start, by column
+    /// One step length for all three coordinates: for operators that mix them.
+    bool joint = false;
     base::Progress progress;
 };
 
@@ -37,9 +39,9 @@ struct CglsResult {
     CglsStop stop = CglsStop::Converged;
 };
 
-/// Least-squares solution of A x = b for three coordinates at once, without forming A^T A. Each
-/// coordinate has its own step lengths, so the answer is that of three separate solves.
-/// Source: Saad, Iterative Methods for Sparse Linear Systems (2003), 8.3 (CGNR).
+/// Least-squares solution of A x = b for three coordinates at once, without forming A^T A. Unless
+/// they are joint, each coordinate has its own step lengths, so the answer is that of three
+/// separate solves. Source: Saad, Iterative Methods for Sparse Linear Systems (2003), 8.3 (CGNR).
 /// @pre   b.rows() == a.rows(), start.rows() == a.columns()
 /// @throw InvalidArgument when a precondition fails or an option is out of range
 /// Not converging is an answer, not an error: see CglsResult::stop.

@@ -20,7 +20,9 @@ struct FitOptions {
     double least_gain = 0.6;
     int max_projections = 30;  ///< project-and-solve rounds on one level
     int samples_per_edge = 4;  ///< a face has this squared, a crease edge this many samples; >= 2
-    int max_cgls_iterations = 60;
+    int max_cgls_iterations = 300;
+    /// Factor of the bending energy in the first step of a level; each step has a fifth of it.
+    double fairness = 1e-2;
     /// Features farther from a crease or corner than this fraction of the reference's diagonal are
     /// not its own; the crease is then fitted like the surface.
     double feature_reach_rel = 0.05;

@@ -19,6 +19,15 @@ struct Site {
     int set = 0;  ///< index into the parameter sets
 };
 
+/// What an operator's rows are.
+enum class SampleRows {
+    Points,             ///< one a sample: the limit point
+    PointsAndTangents,  ///< the same; normals() are wanted too
+    /// Three a sample: second derivatives uu, sqrt(2) uv and vv, so that sums of squares are the
+    /// thin-plate energy over the unit square.
+    Bending
+};
+
 /// The matrix M with one row a sample, M x = limit points, kept as one dense table for each kind of
 /// neighbourhood and parameter set ("template") and the vertex numbers of each site: 72 bytes for a
 /// regular face. Belongs to a topology; serves any points on it. Thread-safe; products allocate
@@ -26,10 +35,9 @@ struct Site {
 /// Fastest when sites that follow each other are neighbours and vertices are numbered likewise.
 class LimitOperator {
   public:
-    /// @param order  1 when normals() are wanted, else 0
     /// @throw InvalidArgument when a site names what does not exist or rows do not fit 31 bits
     LimitOperator(const mesh::Topology& topology, const std::vector<ParameterSet>& sets,
-                  std::span<const Site> sites, int order = 0);
+                  std::span<const Site> sites, SampleRows rows = SampleRows::Points);
     ~LimitOperator();
     LimitOperator(LimitOperator&&) noexcept;
     LimitOperator& operator=(LimitOperator&&) noexcept;
@@ -44,8 +52,11 @@ class LimitOperator {
     /// columns() x 3 = M^T y.  @pre y is rows() x 3
     void apply_transposed(const geom::Points& y, geom::Points& x) const;
     /// Directions du x dv (not unit) at all samples; zero where there is no tangent plane.
-    /// @pre made with order 1
+    /// @pre made with SampleRows::PointsAndTangents
     [[nodiscard]] geom::Points normals(const geom::Points& x) const;
+
+    /// Sums of the squares of each column: the diagonal of M^T M.
+    [[nodiscard]] Eigen::VectorXd column_squares() const;
 
     [[nodiscard]] int template_count() const;
     /// Memory held, templates apart and in them.

@@ -1,0 +1,37 @@
+// The fit on one level of refinement.
+#pragma once
+
+#include <patchwright/fit/fit.h>
+
+#include <cmath>
+#include <optional>
+
+namespace patchwright::fit {
+
+struct Distances {
+    double sum_of_squares = 0.0;
+    double max = 0.0;
+    std::int64_t count = 0;
+
+    void add(double distance) {
+        sum_of_squares += distance * distance;
+        max = std::max(max, distance);
+        ++count;
+    }
+    [[nodiscard]] double rms() const {
+        return count > 0 ? std::sqrt(sum_of_squares / double(count)) : 0.0;
+    }
+};
+
+inline std::optional<geom::Vec3> unit_or_none(const geom::Vec3& v) {
+    const double norm = v.norm();
+    if (norm > 0.0) return geom::Vec3(v / norm);
+    return std::nullopt;
+}
+
+/// Control points whose limit surface is near the reference: rounds of projecting samples and
+/// solving, until near enough or no longer improving. Counts them in `level`.
+geom::Points fit_level(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
+                       const FitOptions& options, FitLevel& level);
+
+}  // namespace patchwright::fit
