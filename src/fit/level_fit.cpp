@@ -21,7 +21,7 @@ using mesh::VertexId;
 // Part of the distance across a normal, or along a curve, that counts, squared: 1 is point
 // distance, whose steps never make things worse but are short; less lets samples slide along the
 // surface. Some stays, to keep them from sliding away.
-constexpr double least_sliding = 0.03;
+constexpr double least_sliding = 0.01;
 // Share of the energy that a step must not leave to count as progress. What goes on slowly is the
 // creeping of parameters; refining gains more.
 constexpr double little_gain = 0.85;

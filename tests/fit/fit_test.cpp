@@ -8,6 +8,10 @@
 
 #include <catch2/catch.hpp>
 
+#include <Eigen/LU>
+#include <algorithm>
+#include <cstdlib>
+
 using namespace patchwright;
 using geom::Vec3;
 
@@ -33,6 +37,73 @@ TEST_CASE("the error on a torus falls with refinement at fourth order", "[fit][o
             .rms_mm;
     };
     CHECK(error(12, 8) / error(24, 16) > 12.0);
+}
+
+namespace {
+
+/// The limit surface of a cage as a reference: nearest samples, improved by Newton on the face.
+class LimitReference final : public geom::ReferenceSurface {
+  public:
+    explicit LimitReference(mesh::Cage cage) : cage_(std::move(cage)), evaluator_(cage_.topology) {
+        for (const mesh::FaceId f : cage_.topology->faces()) {
+            for (int i = 0; i < 8; ++i) {
+                for (int j = 0; j < 8; ++j) {
+                    const subd::Location at{f, (i + 0.5) / 8, (j + 0.5) / 8};
+                    samples_.push_back({at, evaluator_.position(cage_.points, at)});
+                }
+            }
+        }
+    }
+    geom::Box3 bounds() const override { return geom::bounding_box(cage_.points); }
+    geom::FootPoint foot_point(const Vec3& q, const std::optional<Vec3>&) const override {
+        std::vector<std::pair<double, std::size_t>> nearest(4, {1e300, 0});
+        for (std::size_t k = 0; k < samples_.size(); ++k) {
+            const double d = (samples_[k].second - q).squaredNorm();
+            if (d >= nearest.back().first) continue;
+            nearest.back() = {d, k};
+            std::sort(nearest.begin(), nearest.end());
+        }
+        geom::FootPoint best;
+        best.distance = 1e300;
+        for (const auto& [unused, k] : nearest) {
+            subd::Location at = samples_[k].first;
+            for (int step = 0; step < 20; ++step) {
+                const subd::LimitPoint p = evaluator_.evaluate(cage_.points, at);
+                const Vec3 r = p.position - q;
+                Eigen::Matrix2d h;
+                h << p.du.dot(p.du) + r.dot(p.duu), p.du.dot(p.dv) + r.dot(p.duv),
+                    p.du.dot(p.dv) + r.dot(p.duv), p.dv.dot(p.dv) + r.dot(p.dvv);
+                const Eigen::Vector2d move =
+                    h.inverse() * Eigen::Vector2d(r.dot(p.du), r.dot(p.dv));
+                at.u = std::clamp(at.u - move.x(), 0.0, 1.0);
+                at.v = std::clamp(at.v - move.y(), 0.0, 1.0);
+            }
+            const subd::LimitPoint p = evaluator_.evaluate(cage_.points, at, 1);
+            const double d = (p.position - q).norm();
+            if (d < best.distance) best = {p.position, p.normal, d, at.face.value};
+        }
+        return best;
+    }
+    std::optional<geom::FeaturePoint> feature_point(const Vec3&, geom::FeatureKind) const override {
+        return std::nullopt;
+    }
+
+  private:
+    mesh::Cage cage_;
+    subd::LimitEvaluator evaluator_;
+    std::vector<std::pair<subd::Location, Vec3>> samples_;
+};
+
+}  // namespace
+
+TEST_CASE("a disturbed cage finds the limit surface it comes from", "[fit][oracle]") {
+    const mesh::Cage cage = subd::refine(test::cube(2.0), 1);
+    mesh::Cage disturbed = cage;
+    std::srand(7);
+    disturbed.points += 0.03 * geom::Points::Random(cage.points.rows(), 3);
+    const auto result = fit::fit(disturbed, LimitReference(cage),
+                                 {.tolerance_mm = 2e-10, .max_levels = 0, .max_projections = 200});
+    CHECK(result.levels.back().max_mm < 2e-10);
 }
 
 TEST_CASE("creases and corners of a cube go to the edges and corners of a box", "[fit][oracle]") {
