@@ -1,27 +1,65 @@
 #include <patchwright/base/error.h>
+#include <patchwright/base/parallel.h>
 #include <patchwright/fit/cgls.h>
+
+#include <algorithm>
+#include <vector>
 
 namespace patchwright::fit {
 
 namespace {
 
-using Row3 = Eigen::Array<double, 1, 3>;
+using geom::Points;
+using Column3 = Eigen::Array3d;
 
-Row3 squared_norms(const geom::Points& p, bool joint) {
-    const Row3 norms = p.colwise().squaredNorm().array();
-    return joint ? Row3::Constant(norms.sum()) : norms;
+constexpr std::size_t grain = 8192;  // rows a task
+
+/// Calls `body(first, count)` over blocks of rows.
+template <class Body>
+void over_rows(Eigen::Index rows, const Body& body) {
+    base::parallel_for(std::size_t(rows), grain, [&](std::size_t first, std::size_t last) {
+        body(Eigen::Index(first), Eigen::Index(last - first));
+    });
+}
+
+/// Squared norms of the columns, summed block by block in order.
+Column3 squared_norms(const Points& p) {
+    std::vector<Column3> partial((std::size_t(p.rows()) + grain - 1) / grain);
+    over_rows(p.rows(), [&](Eigen::Index first, Eigen::Index count) {
+        partial[std::size_t(first) / grain] =
+            p.middleRows(first, count).colwise().squaredNorm().transpose().array();
+    });
+    Column3 sum = Column3::Zero();
+    for (const Column3& part : partial) sum += part;
+    return sum;
 }
 
 /// a / b by column; 0 where b is 0, which stops that column.
-Row3 ratio(const Row3& a, const Row3& b) { return (b > 0.0).select(a / b.max(1e-300), 0.0); }
+Column3 ratio(const Column3& a, const Column3& b) {
+    return (b > 0.0).select(a / b.max(1e-300), Column3::Zero());
+}
 
-void add_scaled(geom::Points& to, const Row3& factor, const geom::Points& what) {
-    to.noalias() += what * factor.matrix().asDiagonal();
+void add_scaled(Points& to, const Column3& factor, const Points& what) {
+    over_rows(to.rows(), [&](Eigen::Index first, Eigen::Index count) {
+        to.middleRows(first, count).noalias() +=
+            what.middleRows(first, count) * factor.matrix().asDiagonal();
+    });
 }
 
 }  // namespace
 
-CglsResult solve_cgls(const LinearOperator& a, const geom::Points& b, const geom::Points& start,
+Eigen::Array3d LinearOperator::apply_with_norms(const Points& x, Points& y) const {
+    apply(x, y);
+    return squared_norms(y);
+}
+
+void LinearOperator::subtract_and_transpose(const Eigen::Array3d& factor, const Points& q,
+                                            Points& r, Points& x) const {
+    add_scaled(r, -factor, q);
+    apply_transposed(r, x);
+}
+
+CglsResult solve_cgls(const LinearOperator& a, const Points& b, const Points& start,
                       const CglsOptions& options) {
     if (b.rows() != a.rows() || start.rows() != a.columns()) {
         throw base::InvalidArgument(
@@ -30,16 +68,18 @@ CglsResult solve_cgls(const LinearOperator& a, const geom::Points& b, const geom
     if (options.max_iterations < 0 || !(options.relative_residual >= 0.0)) {
         throw base::InvalidArgument("solve_cgls: iterations and tolerance must not be negative");
     }
+    const auto steps_of = [&](const Column3& norms) {
+        return options.joint ? Column3::Constant(norms.sum()).eval() : norms;
+    };
     CglsResult result;
     result.x = start;
-    geom::Points product;
+    Points product, s;
     a.apply(start, product);
-    geom::Points r = b - product;
-    geom::Points s;
-    a.apply_transposed(r, s);
-    geom::Points d = s;
-    Row3 gamma = squared_norms(s, options.joint);
-    const Row3 goal = gamma * options.relative_residual * options.relative_residual;
+    Points r = b;
+    a.subtract_and_transpose(Column3::Ones(), product, r, s);
+    Points d = s;
+    Column3 gamma = steps_of(squared_norms(s));
+    const Column3 goal = gamma * options.relative_residual * options.relative_residual;
     while ((gamma > goal).any()) {
         if (result.iterations == options.max_iterations) {
             result.stop = CglsStop::MaxIterations;
@@ -47,13 +87,15 @@ CglsResult solve_cgls(const LinearOperator& a, const geom::Points& b, const geom
         }
         base::report_progress(options.progress, "solve",
                               double(result.iterations) / options.max_iterations);
-        a.apply(d, product);
-        const Row3 alpha = ratio(gamma, squared_norms(product, options.joint));
-        add_scaled(result.x, alpha, d);
-        add_scaled(r, -alpha, product);
-        a.apply_transposed(r, s);
-        const Row3 next = squared_norms(s, options.joint);
-        d = (s + d * ratio(next, gamma).matrix().asDiagonal()).eval();
+        const Column3 alpha = ratio(gamma, steps_of(a.apply_with_norms(d, product)));
+        a.subtract_and_transpose(alpha, product, r, s);
+        const Column3 next = steps_of(squared_norms(s));
+        const Column3 beta = ratio(next, gamma);
+        over_rows(d.rows(), [&](Eigen::Index first, Eigen::Index count) {
+            auto block = d.middleRows(first, count);
+            result.x.middleRows(first, count).noalias() += block * alpha.matrix().asDiagonal();
+            block = s.middleRows(first, count) + (block * beta.matrix().asDiagonal()).eval();
+        });
         gamma = next;
         ++result.iterations;
     }

@@ -22,6 +22,13 @@ class PlacesOperator final : public LinearOperator {
     void apply_transposed(const geom::Points& y, geom::Points& x) const override {
         limit_.apply_transposed(y, x);
     }
+    Eigen::Array3d apply_with_norms(const geom::Points& x, geom::Points& y) const override {
+        return limit_.apply_with_norms(x, y);
+    }
+    void subtract_and_transpose(const Eigen::Array3d& factor, const geom::Points& q,
+                                geom::Points& r, geom::Points& x) const override {
+        limit_.subtract_and_transpose(factor, q, r, x);
+    }
 
   private:
     static subd::LimitOperator make(const mesh::Topology& topology,

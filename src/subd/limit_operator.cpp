@@ -19,6 +19,9 @@ namespace {
 // Enough chunks to keep a few cores evenly busy, and as many as there are bits in a mask.
 constexpr std::size_t max_chunks = 64;
 constexpr std::size_t min_sites_a_chunk = 64;
+// Equal sites that are handled together: few enough that their samples stay in the cache for what
+// is done to them next.
+constexpr std::size_t longest_run = 32;
 
 std::size_t chunk_size(std::size_t sites) {
     return std::max(min_sites_a_chunk, (sites + max_chunks - 1) / max_chunks);
@@ -200,7 +203,7 @@ void LimitOperator::for_runs(const Chunk& chunk, const Visit& visit) const {
     for (std::size_t site = chunk.begin; site < chunk.end;) {
         const std::int32_t id = site_template_[site];
         std::size_t end = site + 1;
-        while (end < chunk.end && site_template_[end] == id) ++end;
+        while (end < chunk.end && end - site < longest_run && site_template_[end] == id) ++end;
         const Template& t = templates_[std::size_t(id)];
         visit(t, site, end, vertices);
         vertices += (end - site) * std::size_t(t.position.slots());
@@ -221,7 +224,35 @@ void LimitOperator::apply(const geom::Points& x, geom::Points& y) const {
     });
 }
 
-void LimitOperator::apply_transposed(const geom::Points& y, geom::Points& x) const {
+Eigen::Array3d LimitOperator::apply_with_norms(const geom::Points& x, geom::Points& y) const {
+    y.resize(rows(), 3);
+    std::vector<Eigen::Array3d> partial(chunks_.size());
+    base::parallel_for(chunks_.size(), 1, [&](std::size_t first, std::size_t last) {
+        for (std::size_t c = first; c < last; ++c) {
+            Eigen::Array3d sum = Eigen::Array3d::Zero();
+            for_runs(chunks_[c], [&](const Template& t, std::size_t begin, std::size_t end,
+                                     const std::int32_t* vertices) {
+                const auto row = site_rows_[begin];
+                t.position.apply(static_cast<int>(end - begin), vertices, x.data(),
+                                 y.row(row).data());
+                sum += y.middleRows(row, site_rows_[end] - row)
+                           .colwise()
+                           .squaredNorm()
+                           .transpose()
+                           .array();
+            });
+            partial[c] = sum;
+        }
+    });
+    Eigen::Array3d sum = Eigen::Array3d::Zero();
+    for (const Eigen::Array3d& part : partial) sum += part;
+    return sum;
+}
+
+/// @param before  called with the rows that are about to be read
+template <class Before>
+void LimitOperator::add_transposed(const geom::Points& y, geom::Points& x,
+                                   const Before& before) const {
     x.resize(columns_, 3);
     base::parallel_for(std::size_t(columns_), 16384, [&](std::size_t first, std::size_t last) {
         x.middleRows(Eigen::Index(first), Eigen::Index(last - first)).setZero();
@@ -232,12 +263,26 @@ void LimitOperator::apply_transposed(const geom::Points& y, geom::Points& x) con
                 for_runs(chunks_[std::size_t(colour[c])],
                          [&](const Template& t, std::size_t begin, std::size_t end,
                              const std::int32_t* vertices) {
+                             const auto row = site_rows_[begin];
+                             before(row, site_rows_[end] - row);
                              t.position.add_transposed(static_cast<int>(end - begin), vertices,
-                                                       y.row(site_rows_[begin]).data(), x.data());
+                                                       y.row(row).data(), x.data());
                          });
             }
         });
     }
+}
+
+void LimitOperator::apply_transposed(const geom::Points& y, geom::Points& x) const {
+    add_transposed(y, x, [](Eigen::Index, Eigen::Index) {});
+}
+
+void LimitOperator::subtract_and_transpose(const Eigen::Array3d& factor, const geom::Points& q,
+                                           geom::Points& r, geom::Points& x) const {
+    add_transposed(r, x, [&](Eigen::Index row, Eigen::Index count) {
+        r.middleRows(row, count).noalias() -=
+            q.middleRows(row, count) * factor.matrix().asDiagonal();
+    });
 }
 
 geom::Points LimitOperator::normals(const geom::Points& x) const {

@@ -18,6 +18,14 @@ class LinearOperator {
     virtual void apply(const geom::Points& x, geom::Points& y) const = 0;
     /// x = A^T y; x is resized to columns() x 3.
     virtual void apply_transposed(const geom::Points& y, geom::Points& x) const = 0;
+
+    // The two steps of an iteration that touch rows; operators that can make them in one sweep
+    // over memory override them. Sums must not depend on the number of threads.
+    /// y = A x; returns the squared norm of each column of y.
+    virtual Eigen::Array3d apply_with_norms(const geom::Points& x, geom::Points& y) const;
+    /// r -= q times `factor` by column; x = A^T r.
+    virtual void subtract_and_transpose(const Eigen::Array3d& factor, const geom::Points& q,
+                                        geom::Points& r, geom::Points& x) const;
 };
 
 struct CglsOptions {

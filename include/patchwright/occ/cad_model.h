@@ -43,10 +43,10 @@ struct ReadReport {
     double sewing_tolerance_mm = 0.0;  ///< 0: nothing was sewn
     /// Distances from free edges to the next one after sewing; 0 when nothing is open.
     double smallest_open_gap_mm = 0.0, largest_open_gap_mm = 0.0;
-    int duplicates_dropped = 0;  ///< loose faces that lie on another
-    int slivers_dropped = 0;     ///< loose faces without width
-    int faces_turned = 0;        ///< by making orientations agree and look outward
-    int pcurves_replaced = 0;    ///< that ran out of step with their edges after sewing
+    int duplicates_dropped = 0;        ///< loose faces that lie on another
+    int slivers_dropped = 0;           ///< loose faces without width
+    int faces_turned = 0;              ///< by making orientations agree and look outward
+    int pcurves_replaced = 0;          ///< that ran out of step with their edges after sewing
     std::vector<std::string> notices;  ///< one line each, for the user
 };
 

@@ -51,6 +51,12 @@ class LimitOperator {
     void apply(const geom::Points& x, geom::Points& y) const;
     /// columns() x 3 = M^T y.  @pre y is rows() x 3
     void apply_transposed(const geom::Points& y, geom::Points& x) const;
+    /// y = M x and the squared norm of each column of y, in one sweep.
+    Eigen::Array3d apply_with_norms(const geom::Points& x, geom::Points& y) const;
+    /// r -= q times `factor` by column and x = M^T r, in one sweep.
+    /// @pre q and r are rows() x 3
+    void subtract_and_transpose(const Eigen::Array3d& factor, const geom::Points& q,
+                                geom::Points& r, geom::Points& x) const;
     /// Directions du x dv (not unit) at all samples; zero where there is no tangent plane.
     /// @pre made with SampleRows::PointsAndTangents
     [[nodiscard]] geom::Points normals(const geom::Points& x) const;
@@ -75,6 +81,8 @@ class LimitOperator {
     /// Calls `visit(template, first site, end, their slots' vertices)` for runs of equal sites.
     template <class Visit>
     void for_runs(const Chunk& chunk, const Visit& visit) const;
+    template <class Before>
+    void add_transposed(const geom::Points& y, geom::Points& x, const Before& before) const;
 
     int columns_ = 0;
     std::vector<Template> templates_;
