@@ -55,9 +55,15 @@ std::optional<int> best_split(const std::array<Bin, bin_count>& bins, double pad
 
 }  // namespace
 
+struct Bvh::BinaryNode {
+    Box3 box;
+    std::int32_t first = 0;  ///< inner node: left child, the right one follows; leaf: first item
+    std::int32_t count = 0;  ///< 0 for inner nodes
+};
+
 struct Bvh::Builder {
     const std::vector<Box3>& boxes;
-    std::vector<Node>& nodes;
+    std::vector<BinaryNode>& nodes;
     std::vector<std::int32_t>& items;
     int leaf_size;
 
@@ -124,9 +130,63 @@ struct Bvh::Builder {
             tasks.push_back({child + 1, middle, task.end, task.depth + 1});
             tasks.push_back({child, task.begin, middle, task.depth + 1});
         }
-        nodes.shrink_to_fit();
     }
 };
+
+// Each node takes in the children of the larger of its children until it has four.
+void Bvh::widen(const std::vector<BinaryNode>& binary) {
+    bounds_ = binary.front().box;
+    centre_ = bounds_.centre();
+    const double extent = (bounds_.max - bounds_.min).maxCoeff();
+    if (extent > 0.0) scale_ = 1.0 / extent;
+    // Differences in single precision are off by this much at most.
+    constexpr double slack = 8e-7;
+    const auto lane = [&](Node& node, std::size_t child, const BinaryNode& from) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto i = static_cast<Eigen::Index>(k), c = static_cast<Eigen::Index>(child);
+            node.low[k][c] = static_cast<float>((from.box.min[i] - centre_[i]) * scale_ - slack);
+            node.high[k][c] = static_cast<float>((from.box.max[i] - centre_[i]) * scale_ + slack);
+        }
+        node.count[child] = from.count;
+        node.first[child] = from.first;
+    };
+    struct Task {
+        std::size_t node, binary;
+    };
+    nodes_.emplace_back();
+    std::vector<Task> tasks{{0, 0}};
+    while (!tasks.empty()) {
+        const Task task = tasks.back();
+        tasks.pop_back();
+        std::vector<std::size_t> children{task.binary};
+        while (children.size() < width) {
+            const auto largest = std::max_element(
+                children.begin(), children.end(), [&](std::size_t a, std::size_t b) {
+                    const auto size = [&](std::size_t i) {
+                        return binary[i].count > 0 ? -1.0 : half_area(binary[i].box, 0.0);
+                    };
+                    return size(a) < size(b);
+                });
+            if (binary[*largest].count > 0) break;
+            const auto left = static_cast<std::size_t>(binary[*largest].first);
+            *largest = left;
+            children.push_back(left + 1);
+        }
+        Node node;
+        for (auto& low : node.low) low = std::numeric_limits<float>::infinity();
+        for (auto& high : node.high) high = -std::numeric_limits<float>::infinity();
+        node.first.fill(0);
+        node.count.fill(-1);
+        for (std::size_t c = 0; c < children.size(); ++c) {
+            lane(node, c, binary[children[c]]);
+            if (binary[children[c]].count > 0) continue;
+            node.first[c] = static_cast<std::int32_t>(nodes_.size());
+            tasks.push_back({nodes_.size(), children[c]});
+            nodes_.emplace_back();
+        }
+        nodes_[task.node] = node;
+    }
+}
 
 Bvh::Bvh(const std::vector<Box3>& boxes, int leaf_size) {
     if (leaf_size < 1)
@@ -138,7 +198,16 @@ Bvh::Bvh(const std::vector<Box3>& boxes, int leaf_size) {
     if (boxes.empty()) return;
     items_.resize(boxes.size());
     std::iota(items_.begin(), items_.end(), 0);
-    Builder{boxes, nodes_, items_, leaf_size}.run();
+    std::vector<BinaryNode> binary;
+    Builder{boxes, binary, items_, leaf_size}.run();
+    widen(binary);
+}
+
+std::vector<std::int32_t> Bvh::sort_items() {
+    std::vector<std::int32_t> order(items_.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::swap(order, items_);
+    return order;
 }
 
 }  // namespace patchwright::geom

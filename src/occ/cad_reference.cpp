@@ -4,12 +4,14 @@
 #include "reference_sampling.h"
 
 #include <patchwright/base/error.h>
+#include <patchwright/base/parallel.h>
 #include <patchwright/occ/cad_reference.h>
 
 #include <BRepBndLib.hxx>
 #include <Bnd_Box.hxx>
 
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace patchwright::occ {
@@ -91,15 +93,14 @@ void fill(SearchModel& model, const TopoDS_Shape& shape, const ReferenceOptions&
 
 std::optional<geom::FeaturePoint> nearest_corner(const SearchModel& model, const Vec3& query) {
     std::optional<geom::FeaturePoint> best;
-    model.corners.nearest(query, std::numeric_limits<double>::infinity(),
-                          [&](int item, double bound) {
-                              const Vec3& point =
-                                  model.features.features().corners[std::size_t(item)].point;
-                              const double distance = (point - query).norm();
-                              if (best && distance >= best->distance) return bound;
-                              best = geom::FeaturePoint{point, distance, item};
-                              return distance;
-                          });
+    model.corners.nearest(
+        query, std::numeric_limits<double>::infinity(), [&](int item, double bound) {
+            const Vec3& point = model.features.features().corners[std::size_t(item)].point;
+            const double distance = (point - query).norm();
+            if (best && distance >= best->distance) return bound;
+            best = geom::FeaturePoint{point, distance, item};
+            return distance;
+        });
     return best;
 }
 
@@ -114,6 +115,12 @@ std::optional<geom::FeaturePoint> nearest_on_curves(const SearchModel& model,
                  });
     if (!best) return std::nullopt;
     return model.features.point_of(*best);
+}
+
+geom::FootPoint nearest(const SearchModel& model, const Vec3& query,
+                        const std::optional<Vec3>& side, double bound) {
+    return side ? nearest_point_facing(model, query, *side, bound)
+                : nearest_point(model, query, bound);
 }
 
 }  // namespace
@@ -137,9 +144,49 @@ geom::Box3 CadReference::bounds() const { return impl_->search.bounds; }
 geom::FootPoint CadReference::foot_point(const Vec3& query, const std::optional<Vec3>& side) const {
     require(query.allFinite(), "foot_point: the query is not finite");
     return guard_kernel<base::InputError>("foot point", [&] {
-        return side ? nearest_point_facing(impl_->search, query, *side)
-                    : nearest_point(impl_->search, query);
+        return nearest(impl_->search, query, side, std::numeric_limits<double>::infinity());
     });
+}
+
+geom::FootPoint CadReference::foot_point_from(const geom::FootPoint& last, const Vec3& query,
+                                              const std::optional<Vec3>& side) const {
+    require(query.allFinite(), "foot_point_from: the query is not finite");
+    return guard_kernel<base::InputError>("foot point", [&] {
+        return nearest(impl_->search, query, side, (last.point - query).norm());
+    });
+}
+
+std::vector<geom::FootPoint> CadReference::foot_points(const geom::Points& queries,
+                                                       const geom::Points& sides) const {
+    require(sides.rows() == 0 || sides.rows() == queries.rows(),
+            "foot_points: sides must be none or one a query");
+    require(queries.allFinite(), "foot_points: a query is not finite");
+    std::vector<geom::FootPoint> result(std::size_t(queries.rows()));
+    constexpr std::size_t grain = 256;
+    base::parallel_for(result.size(), grain, [&](std::size_t begin, std::size_t end) {
+        guard_kernel<base::InputError>("foot points", [&] {
+            double bound = std::numeric_limits<double>::infinity();
+            for (std::size_t i = begin; i < end; ++i) {
+                const auto row = Eigen::Index(i);
+                const Vec3 query = queries.row(row).transpose();
+                std::optional<Vec3> side;
+                if (sides.rows() > 0 && !sides.row(row).isZero(0.0))
+                    side = sides.row(row).transpose();
+                if (i > begin) bound = (result[i - 1].point - query).norm();
+                result[i] = nearest(impl_->search, query, side, bound);
+            }
+        });
+    });
+    return result;
+}
+
+std::optional<CadReference::Curvature> CadReference::curvature(const geom::FootPoint& foot) const {
+    const auto& surfaces = impl_->search.surfaces;
+    require(foot.face >= 0 && foot.face < int(surfaces.size()),
+            "curvature: the foot point is on no face of this reference");
+    const auto found = surfaces[std::size_t(foot.face)].curvature(foot.uv);
+    if (!found) return std::nullopt;
+    return Curvature{found->value, found->direction};
 }
 
 std::optional<geom::FeaturePoint> CadReference::feature_point(const Vec3& query,
@@ -166,7 +213,8 @@ geom::FeaturePoint CadReference::nearest_on_curve(
     require(curve >= 0 && curve < int(features().curves.size()),
             "nearest_on_curve: there is no such feature curve");
     require(query.allFinite(), "nearest_on_curve: the query is not finite");
-    require(!within || within->from <= within->to, "nearest_on_curve: the piece ends before it starts");
+    require(!within || within->from <= within->to,
+            "nearest_on_curve: the piece ends before it starts");
     return guard_kernel<base::InputError>(
         "feature point", [&] { return impl_->search.features.nearest(curve, query, within); });
 }

@@ -44,6 +44,7 @@ FaceSurface::FaceSurface(const TopoDS_Face& face, double size) : size_(size) {
     TopLoc_Location location;
     BRep_Tool::Surface(face, location);
     surface_ = BRep_Tool::Surface(face);
+    evaluator_ = make_evaluator(surface_);
     trim_ = TrimRegion(face);
     if (face.Orientation() == TopAbs_REVERSED) orientation_ = -orientation_;
     if (location.Transformation().IsNegative()) orientation_ = -orientation_;
@@ -94,36 +95,30 @@ std::array<std::vector<double>, 2> FaceSurface::breaks(GeomAbs_Shape continuity)
     return result;
 }
 
-Vec3 FaceSurface::at(const Vec2& uv) const {
-    gp_Pnt p;
-    surface_->D0(uv[0], uv[1], p);
-    return vec(p);
-}
+Vec3 FaceSurface::at(const Vec2& uv) const { return evaluator_->at(uv); }
 
-FaceSurface::Derivatives FaceSurface::derivatives(const Vec2& uv) const {
-    gp_Pnt p;
-    gp_Vec du, dv, duu, dvv, duv;
-    surface_->D2(uv[0], uv[1], p, du, dv, duu, dvv, duv);
-    return {vec(p), vec(du), vec(dv), vec(duu), vec(duv), vec(dvv)};
-}
-
-double FaceSurface::curvature(const Vec2& uv) const {
+std::optional<FaceSurface::Curvature> FaceSurface::curvature(const Vec2& uv) const {
     const Derivatives d = derivatives(uv);
     const Vec3 cross = d.u.cross(d.v);
     const double sine = cross.norm();
-    if (!(sine > 1e-7 * d.u.norm() * d.v.norm())) return std::numeric_limits<double>::infinity();
-    const double e = d.u.squaredNorm(), f = d.u.dot(d.v), g = d.v.squaredNorm();
-    const double l = d.uu.dot(cross) / sine, m = d.uv.dot(cross) / sine, n = d.vv.dot(cross) / sine;
-    const double gauss = (l * n - m * m) / (sine * sine);
-    const double mean = 0.5 * (e * n - 2 * f * m + g * l) / (sine * sine);
-    return std::abs(mean) + std::sqrt(std::max(0.0, mean * mean - gauss));
+    if (!(sine > 1e-7 * d.u.norm() * d.v.norm())) return std::nullopt;
+    const Vec3 n = orientation_ / sine * cross;
+    // The second form in an orthonormal frame: x along u, y across it.
+    const double along = d.u.norm(), across = sine / along, shear = d.u.dot(d.v) / along;
+    const Vec3 x = d.u / along, y = n.cross(x) * orientation_;
+    const double l = d.uu.dot(n), m = d.uv.dot(n), k = d.vv.dot(n);
+    const double xx = l / (along * along);
+    const double xy = (m - shear * along * xx) / (along * across);
+    const double yy = (k - 2.0 * shear * across * xy - shear * shear * xx) / (across * across);
+    const double mean = 0.5 * (xx + yy), half = 0.5 * (xx - yy), spread = std::hypot(half, xy);
+    const double angle = 0.5 * std::atan2(2.0 * xy, xx - yy);
+    const Vec3 most = std::cos(angle) * x + std::sin(angle) * y;
+    return Curvature{{mean - spread, mean + spread}, {n.cross(most), most}};
 }
 
 Vec3 FaceSurface::normal(const Vec2& uv) const {
-    gp_Pnt p;
-    gp_Vec gu, gv;
-    surface_->D1(uv[0], uv[1], p, gu, gv);
-    const Vec3 du = vec(gu), dv = vec(gv);
+    const Derivatives d = derivatives(uv);
+    const Vec3 &du = d.u, &dv = d.v;
     const Vec2 range = high_ - low_;
     const bool flat_u = du.norm() * range[0] < 1e-9 * size_;
     const bool flat_v = dv.norm() * range[1] < 1e-9 * size_;
@@ -142,10 +137,8 @@ Vec3 FaceSurface::limit_normal(const Vec2& uv, bool flat_u, bool flat_v) const {
         // Along a side that is one point, the limit must be the same from everywhere.
         if (flat_u) near = {low_[0] + s * range[0], uv[1] + 1e-5 * (centre[1] - uv[1])};
         if (flat_v && !flat_u) near = {uv[0] + 1e-5 * (centre[0] - uv[0]), low_[1] + s * range[1]};
-        gp_Pnt p;
-        gp_Vec du, dv;
-        surface_->D1(near[0], near[1], p, du, dv);
-        const Vec3 cross = vec(du).cross(vec(dv));
+        const Derivatives d = derivatives(near);
+        const Vec3 cross = d.u.cross(d.v);
         const double sine = cross.norm();
         if (!(sine > 0.0)) return Vec3::Zero();
         if (first.isZero(0.0)) first = cross / sine;
@@ -251,8 +244,30 @@ FaceSurface::Foot FaceSurface::descend_in(const Rectangle& cell, const Vec3& que
     return foot;
 }
 
+// Surfaces with a closed form have one local minimum at most, but for places where there are many.
+std::optional<FaceSurface::Foot> FaceSurface::closed_form_foot(
+    const Vec3& query, const std::vector<Vec2>& known) const {
+    auto uv = evaluator_->nearest(query);
+    if (!uv) return std::nullopt;
+    const Vec2 range = high_ - low_;
+    for (std::size_t i = 0; i < 2; ++i) {
+        const auto k = Eigen::Index(i);
+        if (period_[i] > 0.0) (*uv)[k] += std::ceil((low_[k] - (*uv)[k]) / period_[i]) * period_[i];
+        if (!((*uv)[k] >= low_[k] && (*uv)[k] <= high_[k])) return std::nullopt;
+    }
+    Foot foot;
+    foot.uv = *uv;
+    for (const Vec2& other : known)
+        foot.merged |= ((other - *uv).cwiseAbs().array() <= 1e-9 * range.array()).all();
+    if (foot.merged) return foot;
+    foot.point = at(*uv);
+    foot.distance = (foot.point - query).norm();
+    return foot;
+}
+
 FaceSurface::Foot FaceSurface::descend(const Vec3& query, const Start& start,
                                        const std::vector<Vec2>& known) const {
+    if (const auto foot = closed_form_foot(query, known)) return *foot;
     Foot foot = descend_in(cell_of(start.uv), query, start, known);
     if (kinks_[0].empty() && kinks_[1].empty()) return foot;
     constexpr int max_hops = 8;

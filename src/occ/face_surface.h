@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernel_points.h"
+#include "surface_evaluator.h"
 #include "trim_region.h"
 
 #include <GeomAbs_Shape.hxx>
@@ -9,11 +10,13 @@
 #include <TopoDS_Face.hxx>
 
 #include <array>
+#include <memory>
+#include <optional>
 #include <vector>
 
 namespace patchwright::occ {
 
-/// Const functions are thread-safe: the kernel's surface is evaluated without its adaptors' caches.
+/// Const functions are thread-safe.
 class FaceSurface {
   public:
     /// A local minimum of the distance, on the surface within the rectangle around the face.
@@ -36,8 +39,14 @@ class FaceSurface {
     [[nodiscard]] const Vec2& high() const { return high_; }
 
     [[nodiscard]] geom::Vec3 at(const Vec2& uv) const;
-    /// Largest absolute curvature of a normal section; infinity where the surface is degenerate.
-    [[nodiscard]] double curvature(const Vec2& uv) const;
+    /// Principal curvatures and their directions.
+    struct Curvature {
+        /// 1/mm, least first; positive where the surface bends towards its outward normal.
+        std::array<double, 2> value{0.0, 0.0};
+        std::array<geom::Vec3, 2> direction{geom::Vec3::Zero(), geom::Vec3::Zero()};  ///< unit
+    };
+    /// Nothing where the surface is degenerate.
+    [[nodiscard]] std::optional<Curvature> curvature(const Vec2& uv) const;
     /// Unit, outward. At degenerate points the limit, if it is one; else zero.
     [[nodiscard]] geom::Vec3 normal(const Vec2& uv) const;
     /// +1 when du x dv points outward, else -1.
@@ -66,9 +75,7 @@ class FaceSurface {
                                const std::vector<Vec2>& known) const;
 
   private:
-    struct Derivatives {
-        geom::Vec3 p, u, v, uu, uv, vv;
-    };
+    using Derivatives = SurfaceDerivatives;
     struct Step {
         Vec2 delta;
         bool newton;  ///< of second order: the Hessian was positive definite
@@ -90,7 +97,11 @@ class FaceSurface {
         span.high[k] = box.high[k];
         visit();
     }
-    [[nodiscard]] Derivatives derivatives(const Vec2& uv) const;
+    [[nodiscard]] Derivatives derivatives(const Vec2& uv) const {
+        return evaluator_->derivatives(uv);
+    }
+    [[nodiscard]] std::optional<Foot> closed_form_foot(const geom::Vec3& query,
+                                                       const std::vector<Vec2>& known) const;
     [[nodiscard]] geom::Vec3 limit_normal(const Vec2& uv, bool flat_u, bool flat_v) const;
     [[nodiscard]] Rectangle cell_of(const Vec2& uv) const;
     [[nodiscard]] Step step(const Derivatives& d, const geom::Vec3& r, const Vec2& uv,
@@ -99,6 +110,7 @@ class FaceSurface {
                                   const Start& start, const std::vector<Vec2>& known) const;
 
     Handle(Geom_Surface) surface_;
+    std::shared_ptr<const SurfaceEvaluator> evaluator_;
     TrimRegion trim_;
     Vec2 low_, high_;
     std::array<bool, 2> wraps_{false, false};  ///< u, v may run around the whole period

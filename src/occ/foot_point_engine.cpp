@@ -15,10 +15,6 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 // Of the model's size: points nearer to each other than this are one.
 constexpr double coincident = 1e-9;
-// How far the surface's normals may be from their triangle's; the triangulation's angular tolerance
-// is 0.3 rad.
-constexpr double normal_spread_sin = 0.45;
-constexpr double normal_spread_cos = 0.89;
 constexpr std::size_t max_known_feet = 16;
 // Up to this part of the radius of curvature the distance is convex along the surface, with a
 // margin for what samples of the curvature have missed.
@@ -38,6 +34,7 @@ struct SurfaceFoot {
 struct Facing {
     int face;
     Vec3 normal;
+    Vec2 uv;
 };
 
 // One thread's working memory: kept so that queries allocate nothing once it has grown.
@@ -62,14 +59,23 @@ struct Nearest {
 
 class Search {
   public:
-    Search(const SearchModel& model, const Vec3& query)
-        : model_(model), query_(query), s_(scratch()) {
+    /// @param bound  something on the model is no farther
+    Search(const SearchModel& model, const Vec3& query, double bound)
+        : model_(model),
+          query_(query),
+          s_(scratch()),
+          first_bound_(bound + coincident * model.size) {
         s_.feet.clear();
     }
 
     FootPoint plain() {
-        Nearest nearest = nearest_on_faces();
-        nearest_on_edges(nearest);
+        Nearest nearest = nearest_on_all();
+        // What is left out by the spread of normals must not matter; samples may have missed some.
+        if (!(nearest.distance <= triangle_bound_ + coincident * model_.size)) {
+            all_triangles_ = true;
+            s_.feet.clear();
+            nearest = nearest_on_all();
+        }
         FootPoint answer;
         answer.point = nearest.point;
         answer.distance = nearest.distance;
@@ -88,6 +94,7 @@ class Search {
         if (best != nullptr) {
             answer.face = best->face;
             answer.normal = best->normal;
+            answer.uv = best->uv;
             return answer;
         }
         return facing_within(side, answer.distance + model_.side_reach).value_or(answer);
@@ -102,11 +109,14 @@ class Search {
     double collect_candidates() {
         s_.candidates.clear();
         const double bound =
-            model_.mesh.tree.nearest(query_, infinity, [&](int item, double limit) {
-                const MeshTriangle& t = model_.mesh.triangles[std::size_t(item)];
+            model_.mesh.tree.nearest(query_, first_bound_, [&](int item, double limit) {
+                const SeedTriangle& t = model_.mesh.seeds[std::size_t(item)];
+                const double height = height_over(t);
+                if (std::abs(height) - t.error > limit) return limit;
                 const TrianglePoint p = nearest_on(t, query_);
                 if (p.distance - t.error > limit) return limit;
-                s_.candidates.push_back({p.distance - t.error, item, p.weights});
+                if (all_triangles_ || may_hold_foot(t, p.distance, height))
+                    s_.candidates.push_back({p.distance - t.error, t.number, p.weights});
                 return std::min(limit, p.distance + t.error + t.overhang);
             });
         std::erase_if(s_.candidates, [&](const Candidate& c) { return c.lower > bound; });
@@ -121,12 +131,16 @@ class Search {
     // the surface curves more than a sphere around the query, one triangle may hold several.
     template <class Found>
     void descend(const MeshTriangle& t, const Vec3& nearest, double distance, Found&& found) {
+        const double height = height_over(t);
+        const double bend = std::abs(height) <= t.error ? std::max(t.bend_out, t.bend_in)
+                            : height > 0.0              ? t.bend_out
+                                                        : t.bend_in;
         const auto at = [&](const Vec3& w) {
             return Vec2(w[0] * t.uv[0] + w[1] * t.uv[1] + w[2] * t.uv[2]);
         };
         const Vec2 start = at(nearest);
         descend_from(t, start, found);
-        if (distance * t.curvature < convex_share) return;
+        if (distance * bend < convex_share) return;
         constexpr double third = 1.0 / 3.0, far = 2.0 / 3.0, near = 1.0 / 6.0;
         for (const Vec3& w : {Vec3(third, third, third), Vec3(far, near, near),
                               Vec3(near, far, near), Vec3(near, near, far)})
@@ -163,8 +177,14 @@ class Search {
         found(s_.feet.back());
     }
 
+    Nearest nearest_on_all() {
+        triangle_bound_ = collect_candidates();
+        Nearest nearest = nearest_on_faces();
+        nearest_on_edges(nearest);
+        return nearest;
+    }
+
     Nearest nearest_on_faces() {
-        const double bound = collect_candidates();
         Nearest nearest;
         for (const Candidate& c : s_.candidates) {
             if (c.lower > nearest.distance) break;
@@ -174,7 +194,7 @@ class Search {
                     nearest = {f, f.foot.point, f.foot.distance};
             });
         }
-        edge_bound_ = std::min(nearest.distance, bound);
+        edge_bound_ = std::min(nearest.distance, triangle_bound_);
         return nearest;
     }
 
@@ -210,7 +230,8 @@ class Search {
         s_.beside.clear();
         if (nearest.on_face) {
             const int face = nearest.on_face->face;
-            s_.beside.push_back({face, surface(face).normal(nearest.on_face->foot.uv)});
+            const Vec2& uv = nearest.on_face->foot.uv;
+            s_.beside.push_back({face, surface(face).normal(uv), uv});
         }
         for (const CurveHit& hit : s_.hits) {
             const ModelEdge& edge = model_.network.edges[std::size_t(hit.edge)];
@@ -222,7 +243,8 @@ class Search {
     void add_uses(const CurveHit& hit) {
         const ModelEdge& edge = model_.network.edges[std::size_t(hit.edge)];
         for (const EdgeUse& use : edge.uses)
-            s_.beside.push_back({use.face, normal_beside(edge, use, hit.t, model_.surfaces)});
+            s_.beside.push_back({use.face, normal_beside(edge, use, hit.t, model_.surfaces),
+                                 parameters_beside(edge, use, hit.t)});
     }
 
     // Where faces meet at an angle, the one that looks most towards or away from the query tells
@@ -238,6 +260,7 @@ class Search {
             best = looks;
             answer.face = f.face;
             answer.normal = f.normal;
+            answer.uv = f.uv;
         }
     }
 
@@ -250,15 +273,17 @@ class Search {
             const Vec3 normal = surface(f.face).normal(f.foot.uv);
             if (!(normal.dot(side) > 0.0)) return;
             reach = f.foot.distance;
-            best = FootPoint{f.foot.point, normal, f.foot.distance, f.face};
+            best = FootPoint{f.foot.point, normal, f.foot.distance, f.face, f.foot.uv};
         };
         for (const SurfaceFoot& f : s_.feet) offer(f);
         model_.mesh.tree.nearest(query_, reach, [&](int item, double) {
-            const MeshTriangle& t = model_.mesh.triangles[std::size_t(item)];
-            if (t.normal.dot(side) < -normal_spread_sin) return reach;
+            const SeedTriangle& t = model_.mesh.seeds[std::size_t(item)];
+            if (!may_face(t, side)) return reach;
+            const double height = height_over(t);
+            if (std::abs(height) - t.error > reach) return reach;
             const TrianglePoint p = nearest_on(t, query_);
-            if (p.distance - t.error > reach || !may_be_below(t, p)) return reach;
-            descend(t, p.weights, p.distance, offer);
+            if (p.distance - t.error > reach || !may_hold_foot(t, p.distance, height)) return reach;
+            descend(model_.mesh.triangles[std::size_t(t.number)], p.weights, p.distance, offer);
             return reach;
         });
         const auto visit = [&](const CurveHit& hit, double limit) {
@@ -268,7 +293,7 @@ class Search {
             for (const Facing& f : s_.beside) {
                 if (!(f.normal.dot(side) > 0.0)) continue;
                 reach = hit.distance;
-                best = FootPoint{hit.point, f.normal, hit.distance, f.face};
+                best = FootPoint{hit.point, f.normal, hit.distance, f.face, f.uv};
                 break;
             }
             return reach;
@@ -278,26 +303,44 @@ class Search {
         return best;
     }
 
+    [[nodiscard]] double height_over(const SeedTriangle& t) const {
+        return (query_ - t.corner[0]).dot(t.normal);
+    }
+
     // Whether the query can lie on a normal of the triangle's part of the surface.
-    [[nodiscard]] bool may_be_below(const MeshTriangle& t, const TrianglePoint& p) const {
-        const double height = std::abs((query_ - t.corner[0]).dot(t.normal));
-        return height >= normal_spread_cos * p.distance - t.error;
+    [[nodiscard]] static bool may_hold_foot(const SeedTriangle& t, double distance, double height) {
+        const double aside = std::sqrt(std::max(0.0, distance * distance - height * height));
+        return aside - t.error <= t.spread * (std::abs(height) + t.error);
+    }
+
+    // Whether a normal of the triangle's part of the surface can have a positive product with
+    // `side`.
+    [[nodiscard]] static bool may_face(const SeedTriangle& t, const Vec3& side) {
+        const double along = t.normal.dot(side);
+        if (along > 0.0 || std::isinf(t.spread)) return true;
+        // tan(90 degrees - angle to the plane of normals that look aside)
+        const double across = std::sqrt(std::max(0.0, 1.0 - along * along));
+        return -along <= t.spread * across;
     }
 
     const SearchModel& model_;
     Vec3 query_;
     Scratch& s_;
+    double first_bound_;                ///< something on the model is no farther
+    double triangle_bound_ = infinity;  ///< the same, by the triangulation
     double edge_bound_ = infinity;
+    bool all_triangles_ = false;
 };
 
 }  // namespace
 
-FootPoint nearest_point(const SearchModel& model, const Vec3& query) {
-    return Search(model, query).plain();
+FootPoint nearest_point(const SearchModel& model, const Vec3& query, double bound) {
+    return Search(model, query, bound).plain();
 }
 
-FootPoint nearest_point_facing(const SearchModel& model, const Vec3& query, const Vec3& side) {
-    return Search(model, query).facing(side);
+FootPoint nearest_point_facing(const SearchModel& model, const Vec3& query, const Vec3& side,
+                               double bound) {
+    return Search(model, query, bound).facing(side);
 }
 
 }  // namespace patchwright::occ

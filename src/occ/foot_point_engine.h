@@ -27,10 +27,11 @@ struct SearchModel {
 };
 
 /// True nearest point of the trimmed model.
-geom::FootPoint nearest_point(const SearchModel& model, const geom::Vec3& query);
+/// @param bound  something on the model is known to be no farther: saves time, changes nothing
+geom::FootPoint nearest_point(const SearchModel& model, const geom::Vec3& query, double bound);
 
 /// The same, preferring points that face `side` within the model's reach.
 geom::FootPoint nearest_point_facing(const SearchModel& model, const geom::Vec3& query,
-                                     const geom::Vec3& side);
+                                     const geom::Vec3& side, double bound);
 
 }  // namespace patchwright::occ

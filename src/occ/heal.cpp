@@ -138,9 +138,9 @@ void note_open_edges(const TopoDS_Shape& shape, double size, ReadReport& report)
     if (gaps.empty()) return;
     report.smallest_open_gap_mm = gaps.front();
     report.largest_open_gap_mm = gaps.back();
-    report.notices.push_back(fmt::format(
-        "{} free edges stay open; the next edge is between {} and {} away", gaps.size(),
-        gap_text(gaps.front(), size), gap_text(gaps.back(), size)));
+    report.notices.push_back(
+        fmt::format("{} free edges stay open; the next edge is between {} and {} away", gaps.size(),
+                    gap_text(gaps.front(), size), gap_text(gaps.back(), size)));
 }
 
 /// Sheets that sewing does not improve stay as they are.

@@ -104,8 +104,7 @@ std::vector<NetworkCorner> find_corners(const EdgeNetwork& network, const std::v
         if (edge.kind == EdgeKind::Smooth) continue;
         if (edge.start >= 0)
             features[std::size_t(edge.start)].add(edge.kind, edge.tangent(edge.first));
-        if (edge.end >= 0)
-            features[std::size_t(edge.end)].add(edge.kind, -edge.tangent(edge.last));
+        if (edge.end >= 0) features[std::size_t(edge.end)].add(edge.kind, -edge.tangent(edge.last));
     }
     std::vector<NetworkCorner> corners;
     for (std::size_t i = 0; i < features.size(); ++i) {
@@ -152,12 +151,16 @@ Vec3 ModelEdge::tangent(double t) const {
     return (usable ? derivative : chord).normalized();
 }
 
+Vec2 parameters_beside(const ModelEdge& edge, const EdgeUse& use, double t) {
+    if (use.curve.IsNull()) return Vec2::Zero();
+    const double s = (t - edge.first) / (edge.last - edge.first);
+    return vec(use.curve->Value(use.first + s * (use.last - use.first)));
+}
+
 Vec3 normal_beside(const ModelEdge& edge, const EdgeUse& use, double t,
                    const std::vector<FaceSurface>& surfaces) {
     if (use.curve.IsNull()) return Vec3::Zero();
-    const double s = (t - edge.first) / (edge.last - edge.first);
-    const Vec2 uv = vec(use.curve->Value(use.first + s * (use.last - use.first)));
-    return surfaces[std::size_t(use.face)].normal(uv);
+    return surfaces[std::size_t(use.face)].normal(parameters_beside(edge, use, t));
 }
 
 EdgeNetwork collect_edges(const TopoDS_Shape& shape, const std::vector<TopoDS_Face>& faces,

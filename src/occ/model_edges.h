@@ -39,6 +39,9 @@ struct ModelEdge {
     [[nodiscard]] geom::Vec3 tangent(double t) const;
 };
 
+/// The using face's parameters beside the edge at curve parameter t; zero without a p-curve.
+Vec2 parameters_beside(const ModelEdge& edge, const EdgeUse& use, double t);
+
 /// Outward normal of the using face beside the edge at curve parameter t; zero where it has none.
 geom::Vec3 normal_beside(const ModelEdge& edge, const EdgeUse& use, double t,
                          const std::vector<FaceSurface>& surfaces);

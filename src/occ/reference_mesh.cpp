@@ -11,6 +11,7 @@
 #include <Geom_Curve.hxx>
 #include <Poly_PolygonOnTriangulation.hxx>
 #include <Poly_Triangulation.hxx>
+#include <Precision.hxx>
 #include <ShapeFix_Edge.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
@@ -31,8 +32,10 @@ using geom::Vec3;
 namespace {
 
 // Deviations are seen at a few points of a triangle only.
-constexpr double safety = 1.5;
+constexpr double safety = 1.5, turn_safety = 2.0;
 constexpr double angular_deflection_rad = 0.3;
+constexpr double least_turn_rad = 1e-3;
+constexpr double off_face_rel = 1e-5;  // of the deflection; edges nearer than this lie on the face
 
 double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
     const Vec3 along = b - a;
@@ -66,7 +69,7 @@ double sickle_width(const FaceSurface& surface, const Vec2& a, const Vec2& b,
 // covers, or that triangles cover though they are not part of the face.
 void add_boundary_errors(const TopoDS_Face& face, const FaceSurface& surface,
                          const Handle(Poly_Triangulation) & mesh, const TopLoc_Location& location,
-                         const SideMap& sides, std::size_t first,
+                         const SideMap& sides, std::size_t first, double off_face,
                          std::vector<MeshTriangle>& triangles) {
     double widest = 0.0;
     for (TopExp_Explorer it(face, TopAbs_EDGE); it.More(); it.Next()) {
@@ -89,6 +92,8 @@ void add_boundary_errors(const TopoDS_Face& face, const FaceSurface& surface,
             if (side == sides.end()) continue;
             MeshTriangle& triangle = triangles[side->second];
             triangle.error = std::max(triangle.error, width);
+            if (BRep_Tool::Tolerance(edge) > off_face)
+                triangle.spread = std::numeric_limits<double>::infinity();
         }
     }
     for (std::size_t i = first; i < triangles.size(); ++i) triangles[i].overhang = widest;
@@ -96,7 +101,7 @@ void add_boundary_errors(const TopoDS_Face& face, const FaceSurface& surface,
 
 void append_kernel_mesh(const TopoDS_Face& face, const FaceSurface& surface, int number,
                         const Handle(Poly_Triangulation) & mesh, const TopLoc_Location& location,
-                        std::vector<MeshTriangle>& triangles) {
+                        double off_face, std::vector<MeshTriangle>& triangles) {
     SideMap sides;
     const std::size_t first = triangles.size();
     const gp_Trsf transform = location.Transformation();
@@ -112,7 +117,7 @@ void append_kernel_mesh(const TopoDS_Face& face, const FaceSurface& surface, int
         }
         triangles.push_back(triangle);
     }
-    add_boundary_errors(face, surface, mesh, location, sides, first, triangles);
+    add_boundary_errors(face, surface, mesh, location, sides, first, off_face, triangles);
 }
 
 // Covers the rectangle around a face the kernel could not triangulate; what lies outside the trim
@@ -139,31 +144,53 @@ void append_grid(const FaceSurface& surface, int number, std::vector<MeshTriangl
     }
 }
 
+// Widens what is known of the triangle's part of the face by one of its points.
+void look_at(MeshTriangle& triangle, const FaceSurface& surface, const Vec2& uv, double& turn) {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    const Vec3 normal = surface.normal(uv);
+    const auto curvature = surface.curvature(uv);
+    const bool regular = curvature && !normal.isZero(0.0) && !triangle.normal.isZero(0.0);
+    turn = std::max(turn, regular ? 2.0 * std::atan2((normal - triangle.normal).norm(),
+                                                     (normal + triangle.normal).norm())
+                                  : infinity);
+    triangle.bend_out = std::max(triangle.bend_out, curvature ? curvature->value[1] : infinity);
+    triangle.bend_in = std::max(triangle.bend_in, curvature ? -curvature->value[0] : infinity);
+}
+
 void measure(MeshTriangle& triangle, const FaceSurface& surface, double size) {
     const auto& [a, b, c] = triangle.corner;
     const Vec3 cross = (b - a).cross(c - a);
     triangle.area = 0.5 * cross.norm();
     const Vec2 ab = triangle.uv[1] - triangle.uv[0], ac = triangle.uv[2] - triangle.uv[0];
-    const double turn = ab[0] * ac[1] - ab[1] * ac[0] < 0.0 ? -1.0 : 1.0;
-    triangle.normal = surface.orientation() * turn * cross.normalized();
-    double off = 0.0;
-    constexpr double third = 1.0 / 3.0;
-    for (const Vec3& w : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1), Vec3(0.5, 0.5, 0),
-                          Vec3(0, 0.5, 0.5), Vec3(0.5, 0, 0.5), Vec3(third, third, third)}) {
-        const Vec2 uv = w[0] * triangle.uv[0] + w[1] * triangle.uv[1] + w[2] * triangle.uv[2];
-        off = std::max(off, nearest_on(triangle, surface.at(uv)).distance);
-        triangle.curvature = std::max(triangle.curvature, surface.curvature(uv));
+    const double hand = ab[0] * ac[1] - ab[1] * ac[0] < 0.0 ? -1.0 : 1.0;
+    triangle.normal = surface.orientation() * hand * cross.normalized();
+    double off = 0.0, turn = 0.0;
+    constexpr int cells = 4;
+    for (int i = 0; i <= cells; ++i) {
+        for (int j = 0; i + j <= cells; ++j) {
+            const Vec2 uv = triangle.uv[0] + (i * (triangle.uv[1] - triangle.uv[0]) +
+                                              j * (triangle.uv[2] - triangle.uv[0])) /
+                                                 cells;
+            off = std::max(off, nearest_on(triangle, surface.at(uv)).distance);
+            look_at(triangle, surface, uv, turn);
+        }
     }
     // Short spans, which the triangulation leaps over, may be all but kinks.
     surface.each_span(box_of(triangle), [&](const FaceSurface::Rectangle& span) {
-        for (const double s : {0.15, 0.5, 0.85}) {
-            const Vec2 uv = span.low + s * (span.high - span.low);
-            triangle.curvature = std::max(triangle.curvature, surface.curvature(uv));
+        for (const double x : {0.03, 0.5, 0.97}) {
+            for (const double y : {0.03, 0.5, 0.97}) {
+                const Vec2 share(x, y);
+                look_at(triangle, surface, span.low + share.cwiseProduct(span.high - span.low),
+                        turn);
+            }
         }
     });
+    const double widest = turn_safety * turn + least_turn_rad;
+    const double spread = widest < 1.2 ? std::tan(widest) : std::numeric_limits<double>::infinity();
+    triangle.spread = std::max(triangle.spread, spread);
     const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
-    triangle.stride = std::min(0.25 * longest,
-                               std::max(0.5 / std::max(triangle.curvature, 1e-30), 0.05 * longest));
+    const double bend = std::max({triangle.bend_out, triangle.bend_in, 1e-30});
+    triangle.stride = std::min(0.25 * longest, std::max(0.5 / bend, 0.05 * longest));
     // What is in a sickle beside the triangle is off the triangle by both.
     triangle.error += safety * off + 1e-12 * size;
 }
@@ -175,7 +202,7 @@ FaceSurface::Rectangle box_of(const MeshTriangle& t) {
             t.uv[0].cwiseMax(t.uv[1]).cwiseMax(t.uv[2])};
 }
 
-TrianglePoint nearest_on(const MeshTriangle& triangle, const Vec3& query) {
+TrianglePoint nearest_on(const SeedTriangle& triangle, const Vec3& query) {
     // Voronoi regions of the corners, then of the sides, then the plane (Ericson, Real-time
     // collision detection, 2004, 5.1.5).
     const auto& [a, b, c] = triangle.corner;
@@ -233,13 +260,15 @@ ReferenceMesh triangulate(const SearchableShape& model, const std::vector<FaceSu
     const BRepMesh_IncrementalMesh mesher(model.shape, deflection, Standard_False,
                                           angular_deflection_rad, Standard_True);
     ReferenceMesh mesh;
+    const double off_face = std::max(off_face_rel * deflection, 2.0 * Precision::Confusion());
     for (std::size_t i = 0; i < model.faces.size(); ++i) {
         mesh.first.push_back(mesh.triangles.size());
         if (surfaces[i].unbounded()) continue;
         TopLoc_Location location;
         const Handle(Poly_Triangulation) made = BRep_Tool::Triangulation(model.faces[i], location);
         if (!made.IsNull() && made->NbTriangles() > 0 && made->HasUVNodes()) {
-            append_kernel_mesh(model.faces[i], surfaces[i], int(i), made, location, mesh.triangles);
+            append_kernel_mesh(model.faces[i], surfaces[i], int(i), made, location, off_face,
+                               mesh.triangles);
         } else {
             append_grid(surfaces[i], int(i), mesh.triangles);
             ++mesh.faces_without;
@@ -261,7 +290,13 @@ ReferenceMesh triangulate(const SearchableShape& model, const std::vector<FaceSu
             boxes[i].max.array() += t.error;
         }
     });
-    mesh.tree = geom::Bvh(boxes);
+    constexpr int leaf_size = 2;
+    mesh.tree = geom::Bvh(boxes, leaf_size);
+    mesh.seeds.reserve(boxes.size());
+    for (const std::int32_t number : mesh.tree.sort_items()) {
+        mesh.seeds.push_back(mesh.triangles[std::size_t(number)]);
+        mesh.seeds.back().number = number;
+    }
     return mesh;
 }
 

@@ -13,17 +13,28 @@
 
 namespace patchwright::occ {
 
-struct MeshTriangle {
+/// What a search asks of every triangle it passes.
+struct SeedTriangle {
     std::array<geom::Vec3, 3> corner;
-    std::array<Vec2, 3> uv;
-    geom::Vec3 normal;  ///< unit, outward; zero when the triangle has no area
-    double area = 0.0;
+    geom::Vec3 normal;   ///< unit, outward; zero when the triangle has no area
     double error = 0.0;  ///< largest distance between the triangle and its part of the face
     /// The face's trim may leave out parts of the triangle, but none farther than this from its
     /// edge.
     double overhang = 0.0;
-    double curvature = 0.0;  ///< largest absolute curvature of the face's part, as sampled
-    double stride = 0.0;     ///< how far a descent may step at once
+    /// Tangent of the largest angle between the triangle's normal and those of its part of the
+    /// face; infinity where that part has a point without a normal, and beside edges that lie off
+    /// the face, as its end may be nearer than they are.
+    double spread = 0.0;
+    int number = -1;  ///< among the triangles of the mesh
+};
+
+struct MeshTriangle : SeedTriangle {
+    std::array<Vec2, 3> uv;
+    /// Largest curvature of the face's part towards the outward normal and away from it, as
+    /// sampled; 1/mm, at least 0.
+    double bend_out = 0.0, bend_in = 0.0;
+    double area = 0.0;
+    double stride = 0.0;  ///< how far a descent may step at once
     int face = -1;
 };
 
@@ -36,12 +47,13 @@ struct TrianglePoint {
 /// The rectangle around a triangle in (u, v).
 FaceSurface::Rectangle box_of(const MeshTriangle& triangle);
 
-TrianglePoint nearest_on(const MeshTriangle& triangle, const geom::Vec3& query);
+TrianglePoint nearest_on(const SeedTriangle& triangle, const geom::Vec3& query);
 
 struct ReferenceMesh {
     std::vector<MeshTriangle> triangles;  ///< face by face
     std::vector<std::size_t> first;       ///< of each face's triangles, and one past the last
-    geom::Bvh tree;                       ///< over the triangles' boxes grown by their errors
+    geom::Bvh tree;                       ///< over the boxes of `seeds` grown by their errors
+    std::vector<SeedTriangle> seeds;      ///< the triangles again, in the tree's order
     int faces_without = 0;                ///< faces the kernel could not triangulate; given a grid
 };
 

@@ -57,6 +57,34 @@ TEST_CASE("the nearest box equals the one found by trying all", "[geom][oracle]"
     }
 }
 
+TEST_CASE("boxes far from the origin are found too", "[geom][oracle]") {
+    auto boxes = random_boxes(500, 0.05, 11);
+    const Vec3 far(1e6, -2e6, 5e5);
+    for (Box3& box : boxes) {
+        box.min += far;
+        box.max += far;
+    }
+    const Bvh tree(boxes);
+    std::mt19937 random(8);
+    std::uniform_real_distribution<double> place(-2.0, 2.0);
+    for (int i = 0; i < 200; ++i) {
+        const Vec3 query = far + Vec3(place(random), place(random), place(random));
+        CHECK(nearest_box(tree, boxes, query) == brute_force(boxes, query));
+    }
+}
+
+TEST_CASE("sorted items are the same boxes", "[geom][oracle]") {
+    const auto boxes = random_boxes(300, 0.05, 12);
+    Bvh tree(boxes, 2);
+    std::vector<Box3> sorted;
+    for (const auto number : tree.sort_items()) sorted.push_back(boxes[std::size_t(number)]);
+    REQUIRE(sorted.size() == boxes.size());
+    for (int i = 0; i < 50; ++i) {
+        const Vec3 query(0.1 * i - 2, 0.3, 0.7);
+        CHECK(nearest_box(tree, sorted, query) == brute_force(boxes, query));
+    }
+}
+
 TEST_CASE("a nearest query visits few of many boxes", "[geom]") {
     const auto boxes = random_boxes(20000, 0.01, 3);
     const Bvh tree(boxes);

@@ -358,6 +358,73 @@ TEST_CASE("queries from several threads give the answers of one", "[occ]") {
     }
 }
 
+TEST_CASE("a batch and a warm start give the answers of single queries", "[occ]") {
+    const CadReference reference = reference_of(test::wing());
+    const auto near = near_points(reference, 10.0, 1000, 6);
+    geom::Points queries(Eigen::Index(near.size()), 3), sides = geom::Points::Zero(1000, 3);
+    for (Eigen::Index i = 0; i < queries.rows(); ++i) {
+        queries.row(i) = near[std::size_t(i)].transpose();
+        if (i % 3 == 0) sides(i, 1) = 1.0;
+    }
+    const auto plain = reference.foot_points(queries);
+    const auto facing = reference.foot_points(queries, sides);
+    REQUIRE(plain.size() == near.size());
+    for (std::size_t i = 0; i < near.size(); ++i) {
+        const FootPoint one = reference.foot_point(near[i]);
+        CHECK((plain[i].point - one.point).norm() < 1e-9);
+        CHECK(plain[i].distance == Approx(one.distance).margin(1e-12));
+        const FootPoint up = i % 3 == 0 ? reference.foot_point(near[i], Vec3(0, 1, 0))
+                                        : reference.foot_point(near[i]);
+        CHECK((facing[i].point - up.point).norm() < 1e-9);
+        const FootPoint& last = plain[(i * 7) % near.size()];
+        CHECK((reference.foot_point_from(last, near[i]).point - one.point).norm() < 1e-9);
+    }
+    CHECK_THROWS_AS(reference.foot_points(queries, geom::Points::Zero(3, 3)),
+                    base::InvalidArgument);
+    queries(5, 1) = std::nan("");
+    CHECK_THROWS_AS(reference.foot_points(queries), base::InvalidArgument);
+}
+
+TEST_CASE("parameters of answers lead back to their points", "[occ][oracle]") {
+    const TopoDS_Shape shape = test::wing();
+    const CadReference reference = reference_of(shape);
+    const auto faces = occ::faces_of(test::model_of(shape));
+    for (const Vec3& p : near_points(reference, 20.0, 300, 8)) {
+        const FootPoint foot = reference.foot_point(p);
+        REQUIRE(foot.face >= 0);
+        const Handle(Geom_Surface) surface = BRep_Tool::Surface(faces[std::size_t(foot.face)]);
+        const gp_Pnt at = surface->Value(foot.uv[0], foot.uv[1]);
+        // Edges lie on their faces to the kernel's 1e-7 only.
+        CHECK((Vec3(at.X(), at.Y(), at.Z()) - foot.point).norm() < 1e-6);
+    }
+}
+
+TEST_CASE("principal curvatures of round surfaces", "[occ][oracle]") {
+    const CadReference sphere = reference_of(BRepPrimAPI_MakeSphere(5.0).Shape());
+    const auto round = sphere.curvature(sphere.foot_point(Vec3(3, 4, 2)));
+    REQUIRE(round.has_value());
+    CHECK(round->value[0] == Approx(-0.2));
+    CHECK(round->value[1] == Approx(-0.2));
+
+    for (const bool as_bspline : {false, true}) {
+        TopoDS_Shape shape = BRepPrimAPI_MakeTorus(10.0, 3.0).Shape();
+        if (as_bspline) shape = BRepBuilderAPI_NurbsConvert(shape).Shape();
+        const CadReference torus = reference_of(shape);
+        for (const double angle : {0.1, 1.0, 2.0, 3.0}) {
+            // Along the meridian -1/r, along the parallel -cos(angle) / (R + r cos(angle)).
+            const double c = std::cos(angle), s = std::sin(angle), turn = 0.7;
+            const Vec3 out(std::cos(turn), std::sin(turn), 0), up(0, 0, 1);
+            const FootPoint foot = torus.foot_point(10.0 * out + 4.0 * (c * out + s * up));
+            const auto found = torus.curvature(foot);
+            REQUIRE(found.has_value());
+            CHECK(found->value[0] == Approx(-1.0 / 3.0));
+            CHECK(found->value[1] == Approx(-c / (10.0 + 3.0 * c)));
+            CHECK(std::abs(found->direction[0].dot(c * up - s * out)) == Approx(1.0));
+            CHECK(std::abs(found->direction[1].dot(up.cross(out))) == Approx(1.0));
+        }
+    }
+}
+
 TEST_CASE("preparing a reference leaves the model's shape as it was", "[occ]") {
     const TopoDS_Shape shape = test::cut_cylinder();
     BRepTools::Clean(shape);

@@ -16,6 +16,7 @@ struct FootPoint {
         Vec3::Zero();       ///< unit, outward; zero where the surface has none (degenerate point)
     double distance = 0.0;  ///< |query - point|, >= 0
     int face = -1;          ///< face of the model the point lies on
+    Eigen::Vector2d uv = Eigen::Vector2d::Zero();  ///< parameters of the point on that face, if any
 };
 
 /// A shape to be approximated. All functions are const, thread-safe and deterministic.

@@ -4,7 +4,10 @@
 #include <patchwright/geom/reference_surface.h>
 #include <patchwright/occ/cad_model.h>
 
+#include <array>
 #include <memory>
+#include <optional>
+#include <vector>
 
 namespace patchwright::occ {
 
@@ -18,7 +21,7 @@ struct ReferenceOptions {
 };
 
 /// Nearest points on the trimmed faces of a model: a box hierarchy over a triangulation gives the
-/// candidates, Newton on the kernel's surface the foot point, the trim test and edge projections
+/// candidates, Newton on the face's polynomials the foot point, the trim test and edge projections
 /// the rest. Keeps the model alive.
 class CadReference final : public geom::ReferenceSurface {
   public:
@@ -32,6 +35,30 @@ class CadReference final : public geom::ReferenceSurface {
     [[nodiscard]] geom::FootPoint foot_point(
         const geom::Vec3& query,
         const std::optional<geom::Vec3>& side = std::nullopt) const override;
+
+    /// The same answer as foot_point(query, side), sooner when `last` is near it: for queries that
+    /// advance along a curve or in small steps.
+    /// @param last  an earlier answer of this reference
+    [[nodiscard]] geom::FootPoint foot_point_from(
+        const geom::FootPoint& last, const geom::Vec3& query,
+        const std::optional<geom::Vec3>& side = std::nullopt) const;
+
+    /// Foot points of many queries, on all threads; the same answers one by one.
+    /// @param sides  empty, or one row a query: unit vectors; zero rows ask for no side
+    /// @throw InvalidArgument when the numbers of rows differ or a query is not finite
+    [[nodiscard]] std::vector<geom::FootPoint> foot_points(
+        const geom::Points& queries, const geom::Points& sides = geom::Points(0, 3)) const;
+
+    struct Curvature {
+        /// Principal curvatures, least first, 1/mm; positive where the surface bends towards its
+        /// outward normal: -1/r twice on a sphere.
+        std::array<double, 2> value{0.0, 0.0};
+        std::array<geom::Vec3, 2> direction{geom::Vec3::Zero(), geom::Vec3::Zero()};  ///< unit
+    };
+    /// Of the face at an answer's parameters; nothing where the surface is degenerate there.
+    /// @throw InvalidArgument when the answer names no face of this reference
+    [[nodiscard]] std::optional<Curvature> curvature(const geom::FootPoint& foot) const;
+
     [[nodiscard]] std::optional<geom::FeaturePoint> feature_point(
         const geom::Vec3& query, geom::FeatureKind kind) const override;
     [[nodiscard]] const geom::Features& features() const override;

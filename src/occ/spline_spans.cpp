@@ -1,0 +1,261 @@
+#include "spline_spans.h"
+
+#include <GeomConvert_BSplineSurfaceToBezierSurface.hxx>
+#include <Geom_BSplineSurface.hxx>
+#include <Geom_BezierSurface.hxx>
+#include <TColStd_Array1OfReal.hxx>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace patchwright::occ {
+
+using geom::Vec3;
+
+namespace {
+
+using Vec4 = Eigen::Vector4d;
+
+constexpr int max_degree = 15;
+// Lofts come out rational with weights that differ by rounding only.
+constexpr double equal_weights = 1e-12;
+
+/// From Bernstein coefficients on [0, 1] to powers of x in [-1, 1]; column i holds B_i.
+Eigen::MatrixXd powers_of_bernstein(int degree) {
+    // (1+x)^i (1-x)^(n-i) C(n,i) / 2^n, multiplied out factor by factor.
+    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(degree + 1, degree + 1);
+    double binomial = 1.0;
+    for (int i = 0; i <= degree; ++i) {
+        Eigen::VectorXd p = Eigen::VectorXd::Zero(degree + 1);
+        p[0] = binomial;
+        for (int k = 0; k < degree; ++k) {
+            const double sign = k < i ? 1.0 : -1.0;
+            for (int j = k + 1; j > 0; --j) p[j] = 0.5 * (p[j] + sign * p[j - 1]);
+            p[0] *= 0.5;
+        }
+        result.col(i) = p;
+        binomial *= double(degree - i) / double(i + 1);
+    }
+    return result;
+}
+
+/// The breaks of one parameter, and where a parameter lies among them.
+class Axis {
+  public:
+    Axis(std::vector<double> breaks, bool periodic)
+        : breaks_(std::move(breaks)),
+          period_(periodic ? breaks_.back() - breaks_.front() : 0.0),
+          buckets_per_unit_(0.0) {
+        // A coarse map from the parameter to the span, for surfaces of many spans.
+        const std::size_t count = 2 * breaks_.size();
+        buckets_per_unit_ = double(count) / (breaks_.back() - breaks_.front());
+        std::size_t span = 0;
+        for (std::size_t b = 0; b < count; ++b) {
+            const double t = breaks_.front() + double(b) / buckets_per_unit_;
+            while (span + 2 < breaks_.size() && breaks_[span + 1] <= t) ++span;
+            first_.push_back(int(span));
+        }
+    }
+    [[nodiscard]] int spans() const { return int(breaks_.size()) - 1; }
+
+    struct Place {
+        int span;
+        double x;      ///< -1 to 1 within the span
+        double scale;  ///< dx / dt
+    };
+    [[nodiscard]] Place find(double t) const {
+        if (period_ > 0.0) t -= std::floor((t - breaks_.front()) / period_) * period_;
+        const double bucket = (t - breaks_.front()) * buckets_per_unit_;
+        const auto last = double(first_.size() - 1);
+        auto span = std::size_t(first_[std::size_t(std::clamp(bucket, 0.0, last))]);
+        while (span + 2 < breaks_.size() && breaks_[span + 1] <= t) ++span;
+        const double a = breaks_[span], b = breaks_[span + 1];
+        const double scale = 2.0 / (b - a);
+        return {int(span), (t - a) * scale - 1.0, scale};
+    }
+
+  private:
+    std::vector<double> breaks_;
+    double period_, buckets_per_unit_;
+    std::vector<int> first_;
+};
+
+/// @tparam q  degree in v, or -1: as given at run time
+template <int q, bool rational>
+class SplineSpans final : public SurfaceEvaluator {
+  public:
+    SplineSpans(Axis u, Axis v, int degree_u, int degree_v, std::vector<Vec4> coefficients)
+        : u_(std::move(u)),
+          v_(std::move(v)),
+          p_(degree_u),
+          q_(degree_v),
+          coefficients_(std::move(coefficients)) {}
+
+    SurfaceDerivatives derivatives(const Vec2& uv) const override {
+        const Axis::Place a = u_.find(uv[0]), b = v_.find(uv[1]);
+        const int columns = (q < 0 ? q_ : q) + 1;
+        const Vec4* row = span(a, b) + p_ * columns;
+        Vec4 s = Vec4::Zero(), su = Vec4::Zero(), suu = Vec4::Zero(), sv = Vec4::Zero(),
+             suv = Vec4::Zero(), svv = Vec4::Zero();
+        // Horner's rule in both parameters; second derivatives come out halved.
+        for (int i = p_; i >= 0; --i, row -= columns) {
+            Vec4 c = row[columns - 1], cv = Vec4::Zero(), cvv = Vec4::Zero();
+            for (int j = columns - 2; j >= 0; --j) {
+                cvv = cvv * b.x + cv;
+                cv = cv * b.x + c;
+                c = c * b.x + row[j];
+            }
+            suu = suu * a.x + su;
+            su = su * a.x + s;
+            s = s * a.x + c;
+            suv = suv * a.x + sv;
+            sv = sv * a.x + cv;
+            svv = svv * a.x + cvv;
+        }
+        su *= a.scale;
+        suu *= 2.0 * a.scale * a.scale;
+        sv *= b.scale;
+        svv *= 2.0 * b.scale * b.scale;
+        suv *= a.scale * b.scale;
+        SurfaceDerivatives d{s.head<3>(),   su.head<3>(),  sv.head<3>(),
+                             suu.head<3>(), suv.head<3>(), svv.head<3>()};
+        if constexpr (rational) {
+            // Quotient rule (Piegl, Tiller, The NURBS Book, 1997, 4.5).
+            const double w = 1.0 / s[3];
+            d.p *= w;
+            d.u = (d.u - su[3] * d.p) * w;
+            d.v = (d.v - sv[3] * d.p) * w;
+            d.uu = (d.uu - 2.0 * su[3] * d.u - suu[3] * d.p) * w;
+            d.uv = (d.uv - su[3] * d.v - sv[3] * d.u - suv[3] * d.p) * w;
+            d.vv = (d.vv - 2.0 * sv[3] * d.v - svv[3] * d.p) * w;
+        }
+        return d;
+    }
+
+    Vec3 at(const Vec2& uv) const override {
+        const Axis::Place a = u_.find(uv[0]), b = v_.find(uv[1]);
+        const int columns = (q < 0 ? q_ : q) + 1;
+        const Vec4* row = span(a, b) + p_ * columns;
+        Vec4 s = Vec4::Zero();
+        for (int i = p_; i >= 0; --i, row -= columns) {
+            Vec4 c = row[columns - 1];
+            for (int j = columns - 2; j >= 0; --j) c = c * b.x + row[j];
+            s = s * a.x + c;
+        }
+        if constexpr (rational) return s.head<3>() / s[3];
+        return s.head<3>();
+    }
+
+  private:
+    [[nodiscard]] const Vec4* span(const Axis::Place& a, const Axis::Place& b) const {
+        const std::size_t size = std::size_t(p_ + 1) * std::size_t(q_ + 1);
+        return coefficients_.data() + std::size_t(a.span * v_.spans() + b.span) * size;
+    }
+
+    Axis u_, v_;
+    int p_, q_;
+    /// Span by span, v running first; in a span powers of u by powers of v, v running first.
+    std::vector<Vec4> coefficients_;
+};
+
+bool has_equal_weights(const Geom_BSplineSurface& surface) {
+    if (!surface.IsURational() && !surface.IsVRational()) return true;
+    const double first = surface.Weight(1, 1);
+    for (int i = 1; i <= surface.NbUPoles(); ++i) {
+        for (int j = 1; j <= surface.NbVPoles(); ++j)
+            if (std::abs(surface.Weight(i, j) - first) > equal_weights * std::abs(first))
+                return false;
+    }
+    return true;
+}
+
+std::vector<double> distinct(const TColStd_Array1OfReal& knots) {
+    return {knots.begin(), knots.end()};
+}
+
+/// The polynomials of one Bezier patch, appended.
+void append_span(const Geom_BezierSurface& patch, bool rational, const Eigen::MatrixXd& basis_u,
+                 const Eigen::MatrixXd& basis_v, std::vector<Vec4>& coefficients) {
+    const Eigen::Index p = basis_u.rows(), q = basis_v.rows();
+    std::array<Eigen::MatrixXd, 4> component;
+    for (auto& m : component) m.resize(p, q);
+    for (int i = 0; i < p; ++i) {
+        for (int j = 0; j < q; ++j) {
+            const Vec3 pole = vec(patch.Pole(i + 1, j + 1));
+            const double weight = rational ? patch.Weight(i + 1, j + 1) : 1.0;
+            for (int k = 0; k < 3; ++k) component[std::size_t(k)](i, j) = weight * pole[k];
+            component[3](i, j) = weight;
+        }
+    }
+    for (auto& m : component) m = (basis_u * m * basis_v.transpose()).eval();
+    for (Eigen::Index i = 0; i < p; ++i) {
+        for (Eigen::Index j = 0; j < q; ++j)
+            coefficients.emplace_back(component[0](i, j), component[1](i, j), component[2](i, j),
+                                      component[3](i, j));
+    }
+}
+
+template <int q>
+std::shared_ptr<const SurfaceEvaluator> make(bool rational, Axis u, Axis v, int degree_u,
+                                             int degree_v, std::vector<Vec4> coefficients) {
+    if (rational)
+        return std::make_shared<SplineSpans<q, true>>(std::move(u), std::move(v), degree_u,
+                                                      degree_v, std::move(coefficients));
+    return std::make_shared<SplineSpans<q, false>>(std::move(u), std::move(v), degree_u, degree_v,
+                                                   std::move(coefficients));
+}
+
+Handle(Geom_BSplineSurface) one_span(const Geom_BezierSurface& bezier) {
+    TColStd_Array1OfReal knots(1, 2);
+    knots(1) = 0.0;
+    knots(2) = 1.0;
+    TColStd_Array1OfInteger u(1, 2), v(1, 2);
+    u.Init(bezier.UDegree() + 1);
+    v.Init(bezier.VDegree() + 1);
+    TColgp_Array2OfPnt poles(1, bezier.NbUPoles(), 1, bezier.NbVPoles());
+    bezier.Poles(poles);
+    TColStd_Array2OfReal weights(1, bezier.NbUPoles(), 1, bezier.NbVPoles());
+    bezier.Weights(weights);
+    return new Geom_BSplineSurface(poles, weights, knots, knots, u, v, bezier.UDegree(),
+                                   bezier.VDegree());
+}
+
+}  // namespace
+
+std::shared_ptr<const SurfaceEvaluator> make_spline_spans(const Handle(Geom_Surface) & surface) {
+    Handle(Geom_BSplineSurface) spline;
+    if (const auto bezier = Handle(Geom_BezierSurface)::DownCast(surface); !bezier.IsNull()) {
+        spline = one_span(*bezier);
+    } else if (const auto given = Handle(Geom_BSplineSurface)::DownCast(surface); !given.IsNull()) {
+        spline = Handle(Geom_BSplineSurface)::DownCast(given->Copy());
+    }
+    if (spline.IsNull() || spline->UDegree() > max_degree || spline->VDegree() > max_degree)
+        return nullptr;
+    const bool rational = !has_equal_weights(*spline);
+    const bool periodic_u = spline->IsUPeriodic(), periodic_v = spline->IsVPeriodic();
+    if (periodic_u) spline->SetUNotPeriodic();
+    if (periodic_v) spline->SetVNotPeriodic();
+    GeomConvert_BSplineSurfaceToBezierSurface spans(spline);
+    const int nu = spans.NbUPatches(), nv = spans.NbVPatches();
+    TColStd_Array1OfReal knots_u(1, nu + 1), knots_v(1, nv + 1);
+    spans.UKnots(knots_u);
+    spans.VKnots(knots_v);
+    const int p = spline->UDegree(), q = spline->VDegree();
+    const Eigen::MatrixXd basis_u = powers_of_bernstein(p), basis_v = powers_of_bernstein(q);
+    std::vector<Vec4> coefficients;
+    coefficients.reserve(std::size_t(nu) * std::size_t(nv) * std::size_t((p + 1) * (q + 1)));
+    for (int i = 1; i <= nu; ++i) {
+        for (int j = 1; j <= nv; ++j)
+            append_span(*spans.Patch(i, j), rational, basis_u, basis_v, coefficients);
+    }
+    Axis u(distinct(knots_u), periodic_u), v(distinct(knots_v), periodic_v);
+    switch (q) {
+        case 1: return make<1>(rational, u, v, p, q, std::move(coefficients));
+        case 2: return make<2>(rational, u, v, p, q, std::move(coefficients));
+        case 3: return make<3>(rational, u, v, p, q, std::move(coefficients));
+        default: return make<-1>(rational, u, v, p, q, std::move(coefficients));
+    }
+}
+
+}  // namespace patchwright::occ
