@@ -227,6 +227,26 @@ geom::FeaturePoint CadReference::point_on_curve(int curve, double arc_length) co
         "feature point", [&] { return impl_->search.features.at(curve, arc_length); });
 }
 
+const SearchModel& CadReference::search_model() const { return impl_->search; }
+
+std::vector<CadReference::CurveSample> CadReference::sample_curves(geom::FeatureKind kind,
+                                                                   double spacing_mm) const {
+    require(spacing_mm > 0.0, "sample_curves: the spacing must be positive");
+    std::vector<CurveSample> samples;
+    for (std::size_t i = 0; i < features().curves.size(); ++i) {
+        const geom::FeatureCurve& curve = features().curves[i];
+        if (curve.kind != kind) continue;
+        constexpr double most = 1e5;
+        const int pieces = std::max(2, int(std::min(std::ceil(curve.length / spacing_mm), most)));
+        for (int k = 0; k <= pieces; ++k) {
+            const double weight = curve.length / pieces * (k == 0 || k == pieces ? 0.5 : 1.0);
+            const double arc = curve.length * k / pieces;
+            samples.push_back({point_on_curve(int(i), arc).point, int(i), weight});
+        }
+    }
+    return samples;
+}
+
 std::vector<CadReference::Sample> CadReference::sample(int count) const {
     require(count > 0, "sample: the count must be positive");
     return guard_kernel<base::InputError>("sampling",

@@ -91,7 +91,7 @@ void add_boundary_errors(const TopoDS_Face& face, const FaceSurface& surface,
             const auto side = sides.find(std::minmax(nodes(i), nodes(i + 1)));
             if (side == sides.end()) continue;
             MeshTriangle& triangle = triangles[side->second];
-            triangle.error = std::max(triangle.error, width);
+            triangle.sickle = std::max(triangle.sickle, width);
             if (BRep_Tool::Tolerance(edge) > off_face)
                 triangle.spread = std::numeric_limits<double>::infinity();
         }
@@ -192,7 +192,7 @@ void measure(MeshTriangle& triangle, const FaceSurface& surface, double size) {
     const double bend = std::max({triangle.bend_out, triangle.bend_in, 1e-30});
     triangle.stride = std::min(0.25 * longest, std::max(0.5 / bend, 0.05 * longest));
     // What is in a sickle beside the triangle is off the triangle by both.
-    triangle.error += safety * off + 1e-12 * size;
+    triangle.error = triangle.sickle + safety * off + 1e-12 * size;
 }
 
 }  // namespace

@@ -34,6 +34,7 @@ struct MeshTriangle : SeedTriangle {
     /// sampled; 1/mm, at least 0.
     double bend_out = 0.0, bend_in = 0.0;
     double area = 0.0;
+    double sickle = 0.0;  ///< part of `error` that lies beside the triangle, at the face's border
     double stride = 0.0;  ///< how far a descent may step at once
     int face = -1;
 };

@@ -120,9 +120,24 @@ class SectionWriter {
         const auto one = [&](const char* label, const fit::Deviation& side) {
             row(label, "max {} at {}, rms {}, 95 % {}, 99 % {}", relative(side.max), place(side.at),
                 length(side.rms), length(side.p95), length(side.p99));
+            if (side.bound > 0.0) row("  anywhere", "at most {}", relative(side.bound));
+            for (std::size_t i = 1; i < side.worst.size(); ++i) {
+                row(i == 1 ? "  then" : "", "{} at {}, face {}", length(side.worst[i].distance),
+                    place(side.worst[i].point), side.worst[i].face);
+            }
         };
         one("output to input", d.output_to_input);
         one("input to output", d.input_to_output);
+        if (d.sharp_curves_input + d.sharp_curves_output == 0) return;
+        row("sharp curves", "{} in the input, {} in the output", d.sharp_curves_input,
+            d.sharp_curves_output);
+        const auto curves = [&](const char* label, const std::optional<fit::Deviation>& side) {
+            if (side)
+                row(label, "max {} at {}, rms {}", relative(side->max), place(side->at),
+                    length(side->rms));
+        };
+        curves("  output to input", d.sharp_output_to_input);
+        curves("  input to output", d.sharp_input_to_output);
     }
     void continuity(const patch::Continuity& c) {
         sections_.push_back({"Continuity", {}});

@@ -26,11 +26,7 @@ class Writer {
         if (report_.fit) json["fit"] = fit(*report_.fit);
         if (report_.patches) json["patches"] = patches(*report_.patches);
         if (report_.solid) json["solid"] = solid(*report_.solid);
-        if (report_.deviation) {
-            json["deviation"] = {
-                {"output_to_input", deviation(report_.deviation->output_to_input)},
-                {"input_to_output", deviation(report_.deviation->input_to_output)}};
-        }
+        if (report_.deviation) json["deviation"] = deviations(*report_.deviation);
         if (report_.continuity) json["continuity"] = continuity(*report_.continuity);
         if (!report_.notices.empty()) json["notices"] = report_.notices;
         double total = 0.0;
@@ -124,10 +120,28 @@ class Writer {
         }
         return json;
     }
+    Json deviations(const DeviationFigures& d) const {
+        Json json = {
+            {"output_to_input", deviation(d.output_to_input)},
+            {"input_to_output", deviation(d.input_to_output)},
+            {"sharp_curves", {{"input", d.sharp_curves_input}, {"output", d.sharp_curves_output}}}};
+        if (d.sharp_output_to_input)
+            json["sharp_curves"]["output_to_input"] = deviation(*d.sharp_output_to_input);
+        if (d.sharp_input_to_output)
+            json["sharp_curves"]["input_to_output"] = deviation(*d.sharp_input_to_output);
+        return json;
+    }
     Json deviation(const fit::Deviation& d) const {
-        return {{"max", length(d.max)}, {"rms", length(d.rms)}, {"p95", length(d.p95)},
-                {"p99", length(d.p99)}, {"at", point(d.at)},    {"face", d.face},
-                {"samples", d.samples}};
+        Json json = {{"max", length(d.max)}, {"rms", length(d.rms)}, {"p50", length(d.p50)},
+                     {"p95", length(d.p95)}, {"p99", length(d.p99)}, {"at", point(d.at)},
+                     {"face", d.face},       {"samples", d.samples}};
+        if (d.bound > 0.0) json["bound"] = length(d.bound);
+        for (const fit::DeviationPlace& place : d.worst) {
+            json["worst"].push_back({{"distance", length(place.distance)},
+                                     {"at", point(place.point)},
+                                     {"face", place.face}});
+        }
+        return json;
     }
     Json continuity(const patch::Continuity& c) const {
         return {{"max_gap", length(c.max_gap_mm)},

@@ -3,8 +3,11 @@
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
 #include <patchwright/occ/deviation.h>
+#include <patchwright/occ/inspect.h>
 
+#include <BRepGProp.hxx>
 #include <BRepPrimAPI_MakeSphere.hxx>
+#include <GProp_GProps.hxx>
 #include <catch2/catch.hpp>
 
 using namespace patchwright;
@@ -22,8 +25,8 @@ CadReference sphere(double radius) {
 
 TEST_CASE("concentric spheres deviate by the difference of their radii", "[occ][oracle]") {
     const CadReference small = sphere(10.0), large = sphere(10.25);
-    for (const Deviation& d :
-         {occ::measure_deviation(small, large, 500), occ::measure_deviation(large, small, 500)}) {
+    for (const Deviation& d : {occ::measure_deviation(small, large, {.samples = 500}),
+                               occ::measure_deviation(large, small, {.samples = 500})}) {
         CHECK(d.max == Approx(0.25).epsilon(1e-9));
         CHECK(d.rms == Approx(0.25).epsilon(1e-9));
         CHECK(d.p95 == Approx(0.25).epsilon(1e-9));
@@ -36,7 +39,7 @@ TEST_CASE("concentric spheres deviate by the difference of their radii", "[occ][
 TEST_CASE("a model does not deviate from itself", "[occ][oracle]") {
     for (const TopoDS_Shape& shape : {test::wing(), test::cut_cylinder()}) {
         const CadReference reference(test::model_of(shape));
-        const Deviation d = occ::measure_deviation(reference, reference, 1000);
+        const Deviation d = occ::measure_deviation(reference, reference, {.samples = 1000});
         CHECK(d.max < 2e-7);
         CHECK(d.rms <= d.max);
     }
@@ -46,7 +49,7 @@ TEST_CASE("the place and face of the largest deviation are reported", "[occ][ora
     // The taller box's top is 2 above the other's, and nothing else differs by as much.
     const CadReference low(test::model_of(BRepPrimAPI_MakeBox(10.0, 10.0, 10.0).Shape()));
     const CadReference tall(test::model_of(BRepPrimAPI_MakeBox(10.0, 10.0, 12.0).Shape()));
-    const Deviation d = occ::measure_deviation(tall, low, 1000);
+    const Deviation d = occ::measure_deviation(tall, low, {.samples = 1000});
     CHECK(d.max == Approx(2.0));
     CHECK(d.at.z() == Approx(12.0));
     CHECK(d.rms < 2.0);
@@ -60,9 +63,9 @@ TEST_CASE("deviations do not depend on the number of threads", "[occ]") {
         BRepAlgoAPI_Cut(test::wing(), test::rotated_box(200, 60, 100, gp_Pnt(10, -30, 220), 0.4))
             .Shape()));
     base::set_thread_count(1);
-    const Deviation one = occ::measure_deviation(wing, cut, 2000);
+    const Deviation one = occ::measure_deviation(wing, cut, {.samples = 2000});
     base::set_thread_count(0);
-    const Deviation all = occ::measure_deviation(wing, cut, 2000);
+    const Deviation all = occ::measure_deviation(wing, cut, {.samples = 2000});
     CHECK(one.max == all.max);
     CHECK(one.rms == all.rms);
     CHECK(one.p95 == all.p95);
@@ -72,8 +75,63 @@ TEST_CASE("deviations do not depend on the number of threads", "[occ]") {
 
 TEST_CASE("measuring a deviation can be stopped, and needs samples", "[occ]") {
     const CadReference reference = sphere(1.0);
-    CHECK_THROWS_AS(occ::measure_deviation(reference, reference, 0), base::InvalidArgument);
-    CHECK_THROWS_AS(occ::measure_deviation(reference, reference, 10,
-                                           [](std::string_view, double) { return false; }),
-                    base::Cancelled);
+    CHECK_THROWS_AS(occ::measure_deviation(reference, reference, {.samples = 0}),
+                    base::InvalidArgument);
+    CHECK_THROWS_AS(
+        occ::measure_deviation(
+            reference, reference,
+            {.samples = 10, .progress = [](std::string_view, double) { return false; }}),
+        base::Cancelled);
+}
+
+TEST_CASE("the bound holds all points and comes near the largest sample", "[occ][oracle]") {
+    const CadReference small = sphere(10.0), large = sphere(10.25);
+    const Deviation out = occ::measure_deviation(small, large, {.samples = 300});
+    CHECK(out.bound >= 0.25);
+    CHECK(out.bound <= 1.11 * 0.25);
+
+    // A box with a small bump: few samples miss its top, the bound does not.
+    const TopoDS_Shape bump = BRepPrimAPI_MakeSphere(gp_Pnt(31.3, 22.7, 0.0), 0.8).Shape();
+    const CadReference plain(test::model_of(BRepPrimAPI_MakeBox(100.0, 100.0, 10.0).Shape()));
+    const CadReference bumpy(test::model_of(
+        BRepAlgoAPI_Cut(BRepPrimAPI_MakeBox(100.0, 100.0, 10.0).Shape(), bump).Shape()));
+    const Deviation d = occ::measure_deviation(bumpy, plain, {.samples = 50});
+    CHECK(d.bound >= 0.8);
+    CHECK(d.bound <= 1.2 * 0.8);
+    CHECK(occ::measure_deviation(plain, bumpy, {.samples = 10, .with_bound = false}).bound == 0.0);
+    for (std::size_t i = 1; i < d.worst.size(); ++i) {
+        CHECK(d.worst[i].distance <= d.worst[i - 1].distance);
+        for (std::size_t k = 0; k < i; ++k)
+            CHECK((d.worst[i].point - d.worst[k].point).norm() > 0.04 * 141.0);
+    }
+}
+
+TEST_CASE("samples stand for the area they come from", "[occ][oracle]") {
+    // Half of the samples crowd where the surface bends; the weights make up for it.
+    const TopoDS_Shape shape = test::cut_cylinder();
+    const CadReference reference(test::model_of(shape));
+    const occ::Inspection found = occ::inspect(test::model_of(shape));
+    double area = 0.0, height = 0.0;
+    for (const auto& sample : reference.sample(4000)) {
+        area += sample.weight;
+        height += sample.weight * sample.point.z();
+    }
+    CHECK(area == Approx(found.area_mm2).epsilon(0.01));
+    GProp_GProps properties;
+    BRepGProp::SurfaceProperties(shape, properties);
+    CHECK(height / area == Approx(properties.CentreOfMass().Z()).epsilon(0.01));
+}
+
+TEST_CASE("sharp edges are compared with sharp edges", "[occ][oracle]") {
+    const auto box = [](double height) {
+        return CadReference(test::model_of(BRepPrimAPI_MakeBox(10.0, 10.0, height).Shape()));
+    };
+    const auto d = occ::measure_feature_deviation(box(12.0), box(10.0), geom::FeatureKind::Sharp);
+    REQUIRE(d.has_value());
+    CHECK(d->max == Approx(2.0));
+    // 4 of 12 edges are 2 off all along, 4 by up to 2 over a sixth of their length.
+    CHECK(d->p50 == Approx(0.0).margin(1e-9));
+    CHECK(d->rms == Approx(std::sqrt((40.0 * 4.0 + 4 * 8.0 / 3.0) / 128.0)).epsilon(0.01));
+    CHECK_FALSE(occ::measure_feature_deviation(box(1.0), sphere(1.0), geom::FeatureKind::Sharp)
+                    .has_value());
 }

@@ -14,6 +14,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 
@@ -227,9 +228,20 @@ occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOption
 
 void compare_models(Run& run, const occ::CadReference& output, const occ::CadReference& input,
                     int samples) {
+    const occ::DeviationMeasure measure{.samples = samples, .progress = run.progress()};
+    const auto kind = geom::FeatureKind::Sharp;
+    const auto count = [&](const occ::CadReference& reference) {
+        const auto& curves = reference.features().curves;
+        return static_cast<int>(std::count_if(curves.begin(), curves.end(),
+                                              [&](const auto& c) { return c.kind == kind; }));
+    };
     run.report.deviation = report::DeviationFigures{
-        .output_to_input = occ::measure_deviation(output, input, samples, run.progress()),
-        .input_to_output = occ::measure_deviation(input, output, samples, run.progress())};
+        .output_to_input = occ::measure_deviation(output, input, measure),
+        .input_to_output = occ::measure_deviation(input, output, measure),
+        .sharp_curves_input = count(input),
+        .sharp_curves_output = count(output),
+        .sharp_output_to_input = occ::measure_feature_deviation(output, input, kind),
+        .sharp_input_to_output = occ::measure_feature_deviation(input, output, kind)};
 }
 
 mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const occ::CadReference& reference,

@@ -11,6 +11,8 @@
 
 namespace patchwright::occ {
 
+struct SearchModel;  ///< defined in src/occ only
+
 struct ReferenceOptions {
     double sharp_angle_rad = 0.349;  ///< dihedral deviation from flat above which an edge is sharp
     double deflection_rel = 2e-4;    ///< triangulation deflection, fraction of the diagonal
@@ -70,10 +72,24 @@ class CadReference final : public geom::ReferenceSurface {
     struct Sample {
         geom::Vec3 point, normal;
         int face;
+        double weight;  ///< area that it stands for, mm^2; 0 on edges and vertices
     };
-    /// About `count` points on the faces, in number by area but at least a few a face, plus points
-    /// on all edges and vertices. Deterministic.
+    /// About `count` points on the faces, half of them spread by area, half by how much the faces
+    /// bend, at least a few a face; plus points on all edges and vertices. Deterministic.
     [[nodiscard]] std::vector<Sample> sample(int count) const;
+
+    struct CurveSample {
+        geom::Vec3 point;
+        int curve;      ///< number among features().curves
+        double weight;  ///< length that it stands for, mm
+    };
+    /// Points on all feature curves of one kind, evenly spaced by arc length, both ends included.
+    /// @throw InvalidArgument when the spacing is not positive
+    [[nodiscard]] std::vector<CurveSample> sample_curves(geom::FeatureKind kind,
+                                                         double spacing_mm) const;
+
+    /// For the sources of this room.
+    [[nodiscard]] const SearchModel& search_model() const;
 
   private:
     struct Impl;

@@ -6,9 +6,24 @@
 
 namespace patchwright::occ {
 
-/// From `from`, sampled at about `samples` points, to `to`. Points where a face normal exists are
-/// matched plainly to the nearest point, whatever its side.
-fit::Deviation measure_deviation(const CadReference& from, const CadReference& to, int samples,
-                                 const base::Progress& progress = {});
+struct DeviationMeasure {
+    int samples = 20000;  ///< on the faces, about
+    /// Also compute fit::Deviation::bound; takes about as long as 100,000 samples and more.
+    bool with_bound = true;
+    base::Progress progress;
+};
+
+/// From `from`, sampled, to the nearest points of `to`, whatever their side. Statistics are
+/// weighted by area; points on edges and vertices count for the maximum only.
+/// @throw InvalidArgument when there are no samples
+fit::Deviation measure_deviation(const CadReference& from, const CadReference& to,
+                                 const DeviationMeasure& options = {});
+
+/// From the feature curves of one kind of `from`, sampled evenly by length, to the nearest ones of
+/// `to`; `face` is the number of the curve. Nothing when one of them has no such curve.
+/// @throw InvalidArgument when there are no samples
+std::optional<fit::Deviation> measure_feature_deviation(const CadReference& from,
+                                                        const CadReference& to,
+                                                        geom::FeatureKind kind, int samples = 5000);
 
 }  // namespace patchwright::occ

@@ -58,6 +58,9 @@ struct SolidFigures {
 
 struct DeviationFigures {
     fit::Deviation output_to_input, input_to_output;
+    int sharp_curves_input = 0, sharp_curves_output = 0;
+    /// Between the sharp feature curves; nothing when one side has none.
+    std::optional<fit::Deviation> sharp_output_to_input, sharp_input_to_output;
 };
 
 /// Sections that do not apply to a run stay empty and are left out of what is written.

@@ -1,0 +1,144 @@
+#include "deviation_bound.h"
+
+#include "foot_point_engine.h"
+
+#include <patchwright/base/parallel.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace patchwright::occ {
+
+using geom::Vec3;
+
+namespace {
+
+constexpr double safety = 1.5;
+
+/// A corner on the surface with its foot on the other model.
+struct Corner {
+    Vec2 uv;
+    Vec3 point, foot;
+    double distance = 0.0;
+};
+
+/// A piece of a face over a triangle of the parameter plane.
+struct Piece {
+    int face = -1;
+    double beside = 0.0;  ///< what a triangle at a curved border leaves out
+    std::array<Corner, 3> corner;
+    double bound = 0.0;
+
+    bool operator<(const Piece& other) const { return bound < other.bound; }
+};
+
+class Bounding {
+  public:
+    Bounding(const CadReference& from, const CadReference& to)
+        : from_(from.search_model()), to_(to.search_model()) {}
+
+    [[nodiscard]] Piece whole(const MeshTriangle& t) const {
+        Piece piece{t.face, t.sickle, {}, 0.0};
+        for (std::size_t k = 0; k < 3; ++k) piece.corner[k] = corner(t.face, t.uv[k]);
+        piece.bound = bound(piece);
+        return piece;
+    }
+
+    [[nodiscard]] std::array<Piece, 4> quarters(const Piece& piece) const {
+        std::array<Corner, 3> side;
+        for (std::size_t k = 0; k < 3; ++k)
+            side[k] = corner(piece.face, 0.5 * (piece.corner[k].uv + piece.corner[(k + 1) % 3].uv));
+        std::array<Piece, 4> parts;
+        parts.fill(piece);
+        for (std::size_t k = 0; k < 3; ++k)
+            parts[k].corner = {piece.corner[k], side[k], side[(k + 2) % 3]};
+        parts[3].corner = side;
+        for (Piece& part : parts) part.bound = bound(part);
+        return parts;
+    }
+
+  private:
+    [[nodiscard]] Corner corner(int face, const Vec2& uv) const {
+        Corner result;
+        result.uv = uv;
+        result.point = from_.surfaces[std::size_t(face)].at(uv);
+        const auto foot = nearest_point(to_, result.point, std::numeric_limits<double>::infinity());
+        result.foot = foot.point;
+        result.distance = foot.distance;
+        return result;
+    }
+
+    [[nodiscard]] double bound(const Piece& piece) const {
+        const auto& [a, b, c] = piece.corner;
+        const FaceSurface& surface = from_.surfaces[std::size_t(piece.face)];
+        double here = 0.0, there = 0.0;
+        constexpr double half = 0.5, third = 1.0 / 3.0;
+        for (const Vec3& w : {Vec3(half, half, 0), Vec3(0, half, half), Vec3(half, 0, half),
+                              Vec3(third, third, third)}) {
+            const Vec2 uv = w[0] * a.uv + w[1] * b.uv + w[2] * c.uv;
+            const Vec3 on_chord = w[0] * a.point + w[1] * b.point + w[2] * c.point;
+            here = std::max(here, (surface.at(uv) - on_chord).norm());
+            const Vec3 between = w[0] * a.foot + w[1] * b.foot + w[2] * c.foot;
+            // The feet themselves bound how far the nearest point can be.
+            const double near = std::min(
+                {(between - a.foot).norm(), (between - b.foot).norm(), (between - c.foot).norm()});
+            there = std::max(there, nearest_point(to_, between, near).distance);
+        }
+        const double corners = std::max({a.distance, b.distance, c.distance});
+        return corners + safety * (here + there) + piece.beside;
+    }
+
+    const SearchModel& from_;
+    const SearchModel& to_;
+};
+
+}  // namespace
+
+double deviation_bound(const CadReference& from, const CadReference& to,
+                       const DeviationBoundOptions& options) {
+    const auto& triangles = from.search_model().mesh.triangles;
+    const Bounding bounding(from, to);
+    std::vector<Piece> pieces(triangles.size());
+    constexpr std::size_t block = 16384, grain = 64;
+    for (std::size_t start = 0; start < pieces.size(); start += block) {
+        base::report_progress(options.progress, "bound", double(start) / double(pieces.size()));
+        const std::size_t count = std::min(block, pieces.size() - start);
+        base::parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = start + begin; i < start + end; ++i)
+                pieces[i] = bounding.whole(triangles[i]);
+        });
+    }
+    const double found = options.at_least;
+    const double enough = found + std::max(options.slack_rel * found, options.slack_mm);
+    // What lies beside triangles does not get smaller, and below that nothing is gained.
+    double settled = enough;
+    for (const Piece& piece : pieces) settled = std::max(settled, found + piece.beside);
+    double worst = found;
+    // Rounds of quartering all that is above the goal: the same with any number of threads.
+    for (int left = options.max_refinements; left > 0 && !pieces.empty();) {
+        std::vector<Piece> open;
+        for (const Piece& piece : pieces) {
+            if (piece.bound > settled)
+                open.push_back(piece);
+            else
+                worst = std::max(worst, piece.bound);
+        }
+        std::stable_sort(open.begin(), open.end(),
+                         [](const Piece& a, const Piece& b) { return b < a; });
+        const auto count = std::min(open.size(), std::size_t(left));
+        left -= int(count);
+        std::vector<std::array<Piece, 4>> parts(count);
+        base::parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) parts[i] = bounding.quarters(open[i]);
+        });
+        pieces.assign(open.begin() + std::ptrdiff_t(count), open.end());
+        for (const auto& four : parts) pieces.insert(pieces.end(), four.begin(), four.end());
+    }
+    for (const Piece& piece : pieces) worst = std::max(worst, piece.bound);
+    base::report_progress(options.progress, "bound", 1.0);
+    return worst;
+}
+
+}  // namespace patchwright::occ
