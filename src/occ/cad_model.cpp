@@ -36,6 +36,28 @@ std::vector<TopoDS_Face> faces_of(const CadModel& model) {
     return faces;
 }
 
+std::vector<std::string> face_names(const CadModel& model) {
+    std::vector<std::string> names = model.impl().face_names;
+    names.resize(faces_of(model).size());
+    return names;
+}
+
+std::vector<std::optional<Colour>> face_colours(const CadModel& model) {
+    std::vector<std::optional<Colour>> colours = model.impl().face_colours;
+    colours.resize(faces_of(model).size());
+    return colours;
+}
+
+CadModel with_face_colours(const CadModel& model, std::vector<std::optional<Colour>> colours) {
+    const std::size_t faces = faces_of(model).size();
+    if (colours.size() != faces)
+        throw base::InvalidArgument(
+            fmt::format("{} colours for {} faces; give one a face", colours.size(), faces));
+    auto impl = std::make_shared<CadModel::Impl>(model.impl());
+    impl->face_colours = std::move(colours);
+    return CadModel(std::move(impl));
+}
+
 std::vector<int> edge_uses(const TopoDS_Shape& shape) {
     TopTools_IndexedMapOfShape edges;
     return edge_uses(shape, edges);

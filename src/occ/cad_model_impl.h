@@ -7,6 +7,7 @@
 #include <TopoDS_Face.hxx>
 #include <TopoDS_Shape.hxx>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct CadModel::Impl {
     TopoDS_Shape shape;  ///< millimetres; a compound, solid or shell
     /// One a face in faces_of() order, empty strings where unnamed; or an empty list.
     std::vector<std::string> face_names;
+    std::vector<std::optional<Colour>> face_colours;  ///< likewise
 };
 
 /// The faces in the order that every face number of this room refers to (TopExp::MapShapes order).

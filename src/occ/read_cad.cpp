@@ -1,5 +1,6 @@
 #include "occ/cad_model_impl.h"
 #include "occ/exchange_session.h"
+#include "occ/face_attributes.h"
 #include "occ/file_checks.h"
 #include "occ/heal.h"
 #include "occ/iges_repair.h"
@@ -21,6 +22,7 @@
 #include <TColStd_SequenceOfAsciiString.hxx>
 #include <TCollection_HAsciiString.hxx>
 #include <TopExp.hxx>
+#include <TopExp_Explorer.hxx>
 #include <TopTools_IndexedMapOfShape.hxx>
 #include <fmt/format.h>
 
@@ -81,7 +83,7 @@ std::string step_schema_name(const std::string& identifier) {
     return identifier.substr(0, identifier.find(' '));
 }
 
-TopoDS_Shape read_step(const Path& path, ReadReport& report) {
+TopoDS_Shape read_step(const Path& path, ReadReport& report, FaceAttributeMap& attributes) {
     check_step_file(path);
     ExchangeSession session;
     STEPControl_Reader reader;
@@ -114,10 +116,11 @@ TopoDS_Shape read_step(const Path& path, ReadReport& report) {
         }
     }
     reader.TransferRoots();
+    attributes = step_attributes(reader);
     return reader.OneShape();
 }
 
-TopoDS_Shape read_iges(const Path& path, ReadReport& report) {
+TopoDS_Shape read_iges(const Path& path, ReadReport& report, FaceAttributeMap& attributes) {
     const auto repair = repair_iges(check_iges_file(path));
     std::optional<TemporaryFile> repaired;
     if (repair) {
@@ -155,6 +158,7 @@ TopoDS_Shape read_iges(const Path& path, ReadReport& report) {
                             path.string(), global.UnitFlag()));
     }
     reader.TransferRoots();
+    attributes = iges_attributes(reader);
     return reader.OneShape();
 }
 
@@ -175,11 +179,15 @@ int face_count(const TopoDS_Shape& shape) {
     return map.Extent();
 }
 
-void apply_unit_override(TopoDS_Shape& shape, const ReadOptions& options, ReadReport& report) {
+void apply_unit_override(TopoDS_Shape& shape, const ReadOptions& options, ReadReport& report,
+                         FaceOrigins& origins) {
     if (!options.unit || *options.unit == report.unit) return;
     gp_Trsf scale;
     scale.SetScaleFactor(base::millimetres_per(*options.unit) / base::millimetres_per(report.unit));
-    shape = BRepBuilderAPI_Transform(shape, scale, true).Shape();
+    BRepBuilderAPI_Transform scaled(shape, scale, true);
+    for (TopExp_Explorer it(shape, TopAbs_FACE); it.More(); it.Next())
+        origins.replaced(it.Current(), scaled.ModifiedShape(it.Current()));
+    shape = scaled.Shape();
     report.notices.push_back(fmt::format("unit {} of the file is overridden by {}",
                                          base::short_name(report.unit),
                                          base::short_name(*options.unit)));
@@ -194,22 +202,29 @@ ReadResult read_cad(const Path& path, const ReadOptions& options) {
     report.format = file_format(path);
     auto impl = std::make_shared<CadModel::Impl>();
     guard_kernel<base::InputError>(path.string(), [&] {
-        TopoDS_Shape shape = report.format == FileFormat::Step   ? read_step(path, report)
-                             : report.format == FileFormat::Iges ? read_iges(path, report)
-                                                                 : read_brep(path);
+        FaceAttributeMap attributes;
+        TopoDS_Shape shape = report.format == FileFormat::Step ? read_step(path, report, attributes)
+                             : report.format == FileFormat::Iges
+                                 ? read_iges(path, report, attributes)
+                                 : read_brep(path);
         report.faces_in_file = face_count(shape);
         if (report.faces_in_file == 0) {
             refuse(path,
                    "holds no faces that the CAD kernel can transfer; export it anew with surfaces");
         }
         base::report_progress(options.progress, "read", 0.5);
-        apply_unit_override(shape, options, report);
+        FaceOrigins origins;
+        apply_unit_override(shape, options, report, origins);
         shape = keep_faces(shape);
         report.free_edges_before = count_free_edges(shape);
-        FaceOrigins origins;
         impl->shape =
             options.heal ? heal(shape, options.max_sewing_tolerance_rel, report, origins) : shape;
         report.free_edges_after = count_free_edges(impl->shape);
+        for (const TopoDS_Face& face : faces_of(CadModel(impl))) {
+            const FaceAttributes& given = attributes[origins.origin(face)];
+            impl->face_names.push_back(given.name);
+            impl->face_colours.push_back(given.colour);
+        }
     });
     base::report_progress(options.progress, "read", 1.0);
     return {CadModel(std::move(impl)), std::move(report)};

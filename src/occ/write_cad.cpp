@@ -1,5 +1,6 @@
 #include "occ/cad_model_impl.h"
 #include "occ/exchange_session.h"
+#include "occ/face_attributes.h"
 #include "occ/kernel_guard.h"
 
 #include <patchwright/base/error.h>
@@ -11,7 +12,6 @@
 #include <IGESControl_Writer.hxx>
 #include <IGESData_GlobalSection.hxx>
 #include <IGESData_IGESModel.hxx>
-#include <STEPConstruct.hxx>
 #include <STEPControl_Writer.hxx>
 #include <StepBasic_CalendarDate.hxx>
 #include <StepBasic_LocalTime.hxx>
@@ -19,11 +19,7 @@
 #include <StepBasic_Person.hxx>
 #include <StepBasic_Product.hxx>
 #include <StepData_StepModel.hxx>
-#include <StepRepr_RepresentationItem.hxx>
 #include <TCollection_HAsciiString.hxx>
-#include <Transfer_FinderProcess.hxx>
-#include <XSControl_TransferWriter.hxx>
-#include <XSControl_WorkSession.hxx>
 #include <fmt/format.h>
 
 namespace patchwright::occ {
@@ -68,16 +64,6 @@ struct Signature {
     std::string iges_time = "19700101.000000";
 };
 
-void name_step_faces(STEPControl_Writer& writer, const CadModel& model) {
-    const auto process = writer.WS()->TransferWriter()->FinderProcess();
-    const auto faces = faces_of(model);
-    const auto& names = model.impl().face_names;
-    for (std::size_t f = 0; f < std::min(faces.size(), names.size()); ++f) {
-        const auto item = STEPConstruct::FindEntity(process, faces[f]);
-        if (!item.IsNull()) item->SetName(kernel_string(names[f]));
-    }
-}
-
 /// The kernel numbers products by process, and AP203 asks for dates and persons, for which it takes
 /// the clock's and the user's: fixed values, so that equal models give equal bytes.
 void fix_administration(const Handle(StepData_StepModel) & step, const std::string& name) {
@@ -121,7 +107,7 @@ void write_step(const CadModel& model, const Path& target, const Path& temporary
     if (writer.Transfer(model.impl().shape, STEPControl_AsIs) != IFSelect_RetDone) {
         refuse(target, "translate the model to STEP");
     }
-    name_step_faces(writer, model);
+    write_step_attributes(writer, model);
     fix_administration(writer.Model(), name);
     const Signature signature;
     APIHeaderSection_MakeHeader header(writer.Model());
@@ -143,6 +129,7 @@ void write_iges(const CadModel& model, const Path& target, const Path& temporary
     IGESControl_Writer writer(
         options.unit == base::LengthUnit::Inch ? "IN" : kernel_unit(options.unit), 1);
     if (!writer.AddShape(model.impl().shape)) refuse(target, "translate the model to IGES");
+    write_iges_attributes(writer, model);
     writer.ComputeModel();
     const Signature signature;
     IGESData_GlobalSection global = writer.Model()->GlobalSection();

@@ -30,6 +30,21 @@ class CadModel {
     std::shared_ptr<const Impl> impl_;
 };
 
+/// sRGB, 0 to 1.
+struct Colour {
+    double red = 0.0, green = 0.0, blue = 0.0;
+    bool operator==(const Colour&) const = default;
+};
+
+/// One a face in the order of all face numbers of this room; empty strings and colours where a file
+/// gives none.
+std::vector<std::string> face_names(const CadModel& model);
+std::vector<std::optional<Colour>> face_colours(const CadModel& model);
+
+/// The same model with other colours, for writing.
+/// @throw InvalidArgument when there is not one entry a face
+CadModel with_face_colours(const CadModel& model, std::vector<std::optional<Colour>> colours);
+
 /// What reading changed or noticed; empty vectors and zeros for a clean file.
 struct ReadReport {
     FileFormat format = FileFormat::Step;
@@ -64,8 +79,8 @@ struct ReadResult {
     ReadReport report;
 };
 
-/// Reads STEP (AP203, AP214, AP242), IGES 5.x or BREP. Closed shells become solids, outward
-/// oriented.
+/// Reads STEP (AP203, AP214, AP242), IGES 5.x or BREP, with names and colours of faces. Closed
+/// shells become solids, outward oriented.
 /// @throw InputError when the file is missing, not of its format, truncated, or holds no faces
 ReadResult read_cad(const std::filesystem::path& path, const ReadOptions& options = {});
 
@@ -76,7 +91,9 @@ struct WriteOptions {
     StepSchema schema = StepSchema::Ap214;
 };
 
-/// Writes the format of the extension, atomically; two calls with one model give identical bytes.
+/// Writes the format of the extension, atomically, with names and colours of faces where the format
+/// has them (STEP; IGES with names of eight characters); two calls with one model give identical
+/// bytes.
 /// @throw OutputError when the kernel or the file system refuses; an older file stays as it was
 void write_cad(const CadModel& model, const std::filesystem::path& path,
                const WriteOptions& options = {});
