@@ -1,15 +1,15 @@
 #include "patch/cap.h"
 
-#include "patch/cap_solver.h"
+#include "patch/cap_surface.h"
 
 #include <patchwright/subd/limit_mask.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
-#include <tuple>
+#include <span>
 
 namespace patchwright::patch {
 
@@ -20,9 +20,15 @@ using subd::RingKind;
 
 namespace {
 
-/// Parameters in a cap, as shares of its size, where its distance is measured.
-constexpr double sample_shares[] = {0.04, 0.2, 0.4, 0.6, 0.8};
-constexpr int samples_a_side = 5;
+/// Parameters in a cap, as shares of its size: where it is fitted and where it is measured.
+constexpr std::array<double, 5> fit_shares{0.04, 0.2, 0.4, 0.6, 0.8};
+constexpr std::array<double, 6> check_shares{0.02, 0.12, 0.3, 0.5, 0.7, 0.9};
+
+/// What third derivatives count beside distances from the limit surface, in the order of trial:
+/// alone, then less and less. Yet less makes waves at valence 12.
+constexpr double weights_of_bending[] = {0.03, 0.01, 0.003};
+constexpr int fit_rounds = 2;
+
 /// Where tangent planes do not agree, knots go at least so deep to keep the kink small.
 constexpr int depth_of_kinks = 8;
 
@@ -41,6 +47,11 @@ Eigen::Vector2d face_parameters(int corner, double s, double t) {
 Eigen::Vector3d half_triple(int k) {
     const auto knot = [](int i) { return 0.5 * double(i / 3); };
     return {knot(k), knot(k + 1), knot(k + 2)};
+}
+
+std::span<const double> shares_of(Samples samples) {
+    if (samples == Samples::Fit) return fit_shares;
+    return check_shares;
 }
 
 Eigen::Vector3d unit_triple(int k) {
@@ -119,92 +130,6 @@ struct CapBuilder::Sector {
     }
 };
 
-/// A cap as one surface that points are projected on.
-class CapBuilder::CapSurface {
-  public:
-    CapSurface(const Cap& cap, const std::vector<Sector>& sectors) : closed_(cap.fan.is_closed()) {
-        for (std::size_t s = 0; s < sectors.size(); ++s) {
-            std::vector<Piece> pieces;
-            for (Piece piece : cap.pieces[s]) {
-                piece = seen_from(piece, sectors[s].corner);
-                piece.u0 = std::ldexp(piece.u0, cap.hole);
-                piece.v0 = std::ldexp(piece.v0, cap.hole);
-                piece.size = std::ldexp(piece.size, cap.hole);
-                pieces.push_back(piece);
-            }
-            pieces_.push_back(std::move(pieces));
-        }
-    }
-
-    /// From `p` to its foot near (u, v) of a face, parameters in units of the cap.
-    [[nodiscard]] double distance(const Eigen::RowVector3d& p, int s, double u, double v) const {
-        const int n = static_cast<int>(pieces_.size());
-        double best = std::numeric_limits<double>::infinity();
-        for (int step = 0; step < 12; ++step) {
-            const Tangent at = tangent(s, u, v);
-            const Eigen::RowVector3d off = p - at.position;
-            const double distance = off.norm();
-            if (distance > 0.999 * best) return std::min(distance, best);
-            best = distance;
-            // Gauss-Newton: the nearest point of the tangent plane.
-            const double uu = at.du.dot(at.du), uv = at.du.dot(at.dv), vv = at.dv.dot(at.dv);
-            const double determinant = uu * vv - uv * uv;
-            if (!(determinant > 1e-12 * uu * vv)) return best;
-            const double a = at.du.dot(off), b = at.dv.dot(off);
-            u += (vv * a - uv * b) / determinant;
-            v += (uu * b - uv * a) / determinant;
-            // Past an edge the neighbour goes on, its own edge turned onto this one's.
-            if (v < 0.0 && v <= u && (closed_ || s > 0)) {
-                s = (s + n - 1) % n;
-                std::tie(u, v) = std::pair(-v, u);
-            } else if (u < 0.0 && (closed_ || s + 1 < n)) {
-                s = (s + 1) % n;
-                std::tie(u, v) = std::pair(v, -u);
-            }
-            u = std::clamp(u, 0.0, 1.0);
-            v = std::clamp(v, 0.0, 1.0);
-        }
-        return best;
-    }
-
-  private:
-    struct Tangent {
-        Eigen::RowVector3d position, du, dv;
-    };
-
-    [[nodiscard]] Tangent tangent(int s, double u, double v) const {
-        const auto& pieces = pieces_[std::size_t(s)];
-        const Piece* piece = &pieces.front();
-        for (const Piece& candidate : pieces) {
-            if (candidate.contains(u, v)) piece = &candidate;
-        }
-        const Eigen::Matrix<double, 4, 2> bu = bernstein((u - piece->u0) / piece->size);
-        const Eigen::Matrix<double, 4, 2> bv = bernstein((v - piece->v0) / piece->size);
-        Tangent result{Eigen::RowVector3d::Zero(), Eigen::RowVector3d::Zero(),
-                       Eigen::RowVector3d::Zero()};
-        for (int i = 0; i < 4; ++i) {
-            const Eigen::Matrix<double, 2, 3> row =
-                bv.transpose() * piece->control.middleRows<4>(4 * i);
-            result.position += bu(i, 0) * row.row(0);
-            result.du += bu(i, 1) / piece->size * row.row(0);
-            result.dv += bu(i, 0) / piece->size * row.row(1);
-        }
-        return result;
-    }
-
-    /// Values and derivatives.
-    static Eigen::Matrix<double, 4, 2> bernstein(double t) {
-        const double s = 1.0 - t;
-        Eigen::Matrix<double, 4, 2> b;
-        b << s * s * s, -3.0 * s * s, 3.0 * t * s * s, 3.0 * s * (s - 2.0 * t), 3.0 * t * t * s,
-            3.0 * t * (2.0 * s - t), t * t * t, 3.0 * t * t;
-        return b;
-    }
-
-    std::vector<std::vector<Piece>> pieces_;
-    bool closed_;
-};
-
 std::vector<double> Cap::knots(int steps_to_one_corner) const {
     std::vector<double> result;
     const int depth = report.depth;
@@ -224,43 +149,60 @@ CapBuilder::CapBuilder(const mesh::Cage& cage, const ExtractOptions& options, do
 
 CapBuilder::~CapBuilder() = default;
 
-const CapSolver& CapBuilder::solver(FanKind kind, int size) {
+const CapSolver& CapBuilder::solver_of(FanKind kind, int size) {
     const std::lock_guard lock(mutex_);
     auto& solver = solvers_[{kind, size}];
     if (!solver) solver = std::make_unique<CapSolver>(kind, size);
     return *solver;
 }
 
-const Eigen::MatrixXd& CapBuilder::sample_masks(const RingKind& kind, int corner) {
+Points CapBuilder::limit_points(const Sector& sector, Samples samples) {
     const std::lock_guard lock(mutex_);
-    Eigen::MatrixXd& masks = masks_[{&kind, corner}];
+    Eigen::MatrixXd& masks = masks_[{sector.kind, sector.corner, samples}];
     if (masks.size() == 0) {
-        masks.resize(samples_a_side * samples_a_side, kind.slots());
-        for (int a = 0; a < samples_a_side; ++a) {
-            for (int b = 0; b < samples_a_side; ++b) {
-                const Eigen::Vector2d uv =
-                    face_parameters(corner, sample_shares[a], sample_shares[b]);
-                masks.row(samples_a_side * a + b) =
-                    subd::ring_mask(kind, uv.x(), uv.y()).position();
+        const std::span<const double> shares = shares_of(samples);
+        masks.resize(Eigen::Index(shares.size() * shares.size()), sector.kind->slots());
+        Eigen::Index row = 0;
+        for (const double s : shares) {
+            for (const double t : shares) {
+                const Eigen::Vector2d uv = face_parameters(sector.corner, s, t);
+                masks.row(row++) = subd::ring_mask(*sector.kind, uv.x(), uv.y()).position();
             }
         }
     }
-    return masks;
+    return masks * sector.local;
+}
+
+std::vector<CapSurface::Foot> CapBuilder::feet(const Cap& cap, const std::vector<Sector>& sectors,
+                                               Samples samples) {
+    std::vector<std::vector<Piece>> pieces = cap.pieces;
+    for (std::size_t s = 0; s < sectors.size(); ++s) {
+        for (Piece& piece : pieces[s]) {
+            piece = seen_from(piece, sectors[s].corner);
+            piece.u0 = std::ldexp(piece.u0, cap.hole);
+            piece.v0 = std::ldexp(piece.v0, cap.hole);
+            piece.size = std::ldexp(piece.size, cap.hole);
+        }
+    }
+    const CapSurface surface(std::move(pieces), cap.fan.is_closed());
+    const std::span<const double> shares = shares_of(samples);
+    std::vector<CapSurface::Foot> feet;
+    for (std::size_t s = 0; s < sectors.size(); ++s) {
+        const Points limit = limit_points(sectors[s], samples);
+        Eigen::Index row = 0;
+        for (const double u : shares) {
+            for (const double v : shares) {
+                feet.push_back(surface.foot(limit.row(row++), static_cast<int>(s), u, v));
+            }
+        }
+    }
+    return feet;
 }
 
 double CapBuilder::distance(const Cap& cap, const std::vector<Sector>& sectors) {
-    const CapSurface surface(cap, sectors);
     double largest = 0.0;
-    for (std::size_t s = 0; s < sectors.size(); ++s) {
-        const Sector& sector = sectors[s];
-        const Points limit = sample_masks(*sector.kind, sector.corner) * sector.local;
-        for (int a = 0; a < samples_a_side; ++a) {
-            for (int b = 0; b < samples_a_side; ++b) {
-                largest = std::max(largest, surface.distance(limit.row(samples_a_side * a + b),
-                                                             static_cast<int>(s), sample_shares[a],
-                                                             sample_shares[b]));
-            }
-        }
+    for (const CapSurface::Foot& foot : feet(cap, sectors, Samples::Check)) {
+        largest = std::max(largest, foot.distance);
     }
     return largest;
 }
@@ -270,7 +212,7 @@ bool CapBuilder::fill_smoothly(const std::vector<Sector>& sectors, Cap& cap,
     const FanKind kind = cap.fan.kind;
     const int n = cap.fan.size();
     if (kind == FanKind::Spike || n < 2) return false;
-    Net net(Eigen::Index(cap_points) * n, 3);
+    CapSolver::Net net(Eigen::Index(cap_points) * n, 3);
     for (int s = 0; s < n; ++s) {
         const auto outer = sectors[std::size_t(s)].outer_pieces();
         for (int i = 0; i < cap_side; ++i) {
@@ -285,33 +227,53 @@ bool CapBuilder::fill_smoothly(const std::vector<Sector>& sectors, Cap& cap,
         }
         net.row(cap_row(s, 0, 0)) = sectors[0].limit();
     }
-    if (kind == FanKind::Corner) {
-        if (!corner) {
-            const std::optional<double> angle = corner_angle(net, n);
-            if (!angle) return false;
-            corner = std::make_unique<CapSolver>(kind, n, *angle);
-        }
-        corner->solve(net);
-    } else {
-        solver(kind, n).solve(net);
+    if (kind == FanKind::Corner && !corner) {
+        const std::optional<double> angle = corner_angle(net, n);
+        if (!angle) return false;
+        corner = std::make_unique<CapSolver>(kind, n, *angle);
     }
+    const CapSolver& solver = corner ? *corner : solver_of(kind, n);
     cap.is_split = true;
     cap.is_c1_outside = kind == FanKind::Ring && n % 2 == 0;
-    for (int s = 0; s < n; ++s) {
+    const auto take = [&](const CapSolver::Net& solved) {
+        set_pieces(solved, sectors, cap);
+        cap.report.distance_mm = distance(cap, sectors);
+        return cap.report.distance_mm <= tolerance_mm_;
+    };
+    if (take(solver.solve(net))) return true;
+    Cap best = cap;
+    for (const double weight : weights_of_bending) {
+        for (int round = 0; round < fit_rounds; ++round) {
+            std::vector<CapSolver::Target> targets;
+            for (const CapSurface::Foot& foot : feet(cap, sectors, Samples::Fit)) {
+                targets.push_back(foot.place);
+            }
+            if (take(solver.fit(net, targets, weight))) return true;
+            if (cap.report.distance_mm < best.report.distance_mm) best = cap;
+        }
+    }
+    cap = std::move(best);
+    return true;
+}
+
+void CapBuilder::set_pieces(const CapSolver::Net& net, const std::vector<Sector>& sectors,
+                            Cap& cap) {
+    for (std::size_t s = 0; s < sectors.size(); ++s) {
+        cap.pieces[s].clear();
         for (const int i0 : {0, 3}) {
             for (const int j0 : {0, 3}) {
                 Piece piece{i0 / 6.0, j0 / 6.0, 0.5, Piece::Form::Bezier, {}};
                 for (int i = 0; i < 4; ++i) {
                     for (int j = 0; j < 4; ++j) {
-                        piece.control.row(4 * i + j) = net.row(cap_row(s, i0 + i, j0 + j));
+                        piece.control.row(4 * i + j) =
+                            net.row(cap_row(static_cast<int>(s), i0 + i, j0 + j));
                     }
                 }
-                cap.pieces[std::size_t(s)].push_back(
-                    in_face(piece, sectors[std::size_t(s)].corner, std::ldexp(1.0, -cap.hole)));
+                cap.pieces[s].push_back(
+                    in_face(piece, sectors[s].corner, std::ldexp(1.0, -cap.hole)));
             }
         }
     }
-    return true;
 }
 
 void CapBuilder::fill_by_limit(const std::vector<Sector>& sectors, Cap& cap) {
@@ -356,7 +318,7 @@ Cap CapBuilder::build(const Fan& fan) {
         smooth = smooth && fill_smoothly(outside, cap, corner);
         if (!smooth) fill_by_limit(outside, cap);
         cap.report.smooth = smooth || alone;
-        cap.report.distance_mm = distance(cap, smooth ? outside : sectors);
+        if (!smooth) cap.report.distance_mm = distance(cap, sectors);
         const bool last = depth >= max_cap_depth;
         if (options_.cap_depth) {
             if (depth >= *options_.cap_depth || last) return cap;

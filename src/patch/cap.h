@@ -1,6 +1,8 @@
 // What fills the squares at extraordinary vertices that regular pieces leave open.
 #pragma once
 
+#include "patch/cap_solver.h"
+#include "patch/cap_surface.h"
 #include "patch/fan.h"
 #include "patch/piece.h"
 
@@ -10,10 +12,9 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <tuple>
 
 namespace patchwright::patch {
-
-class CapSolver;
 
 /// The filling around one irregular fan.
 struct Cap {
@@ -32,6 +33,9 @@ struct Cap {
     [[nodiscard]] std::vector<double> knots(int steps_to_one_corner) const;
 };
 
+/// Points of the limit surface that caps are fitted to, and others that they are measured at.
+enum class Samples { Fit, Check };
+
 /// Fills fans of one cage. Thread-safe.
 class CapBuilder {
   public:
@@ -45,17 +49,20 @@ class CapBuilder {
 
   private:
     struct Sector;
-    class CapSurface;
-    using Net = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
-    /// False when there is no exact solution; `cap` is as it was then.
+    /// False when there is no exact solution; `cap` is as it was then. Takes the smoothest solution
+    /// within the tolerance, else the nearest.
     /// @param corner  the solver of a fan of kind Corner, made by the first call
     [[nodiscard]] bool fill_smoothly(const std::vector<Sector>& sectors, Cap& cap,
                                      std::unique_ptr<CapSolver>& corner);
+    static void set_pieces(const CapSolver::Net& net, const std::vector<Sector>& sectors, Cap& cap);
     static void fill_by_limit(const std::vector<Sector>& sectors, Cap& cap);
     [[nodiscard]] double distance(const Cap& cap, const std::vector<Sector>& sectors);
-    const CapSolver& solver(FanKind kind, int size);
-    const Eigen::MatrixXd& sample_masks(const subd::RingKind& kind, int corner);
+    [[nodiscard]] std::vector<CapSurface::Foot> feet(const Cap& cap,
+                                                     const std::vector<Sector>& sectors,
+                                                     Samples samples);
+    [[nodiscard]] geom::Points limit_points(const Sector& sector, Samples samples);
+    const CapSolver& solver_of(FanKind kind, int size);
 
     const mesh::Cage& cage_;
     ExtractOptions options_;
@@ -63,7 +70,7 @@ class CapBuilder {
     subd::RingTable& table_;
     std::mutex mutex_;
     std::map<std::pair<FanKind, int>, std::unique_ptr<CapSolver>> solvers_;
-    std::map<std::pair<const subd::RingKind*, int>, Eigen::MatrixXd> masks_;
+    std::map<std::tuple<const subd::RingKind*, int, Samples>, Eigen::MatrixXd> masks_;
 };
 
 }  // namespace patchwright::patch

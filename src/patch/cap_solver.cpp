@@ -21,6 +21,13 @@ struct Unknowns {
     int count = 0;
 };
 
+/// First of the four points of the half that `t` lies in, and the weights of the four.
+std::pair<int, Eigen::Vector4d> half_bernstein(double t) {
+    const int half = t < 0.5 ? 0 : 1;
+    const double b = 2.0 * t - half, a = 1.0 - b;
+    return {3 * half, {a * a * a, 3.0 * a * a * b, 3.0 * a * b * b, b * b * b}};
+}
+
 }  // namespace
 
 struct CapSolver::Plan {
@@ -28,6 +35,9 @@ struct CapSolver::Plan {
     int n;
     double angle;
     Unknowns at;
+    Matrix influence;    ///< points x unknowns
+    Matrix bending;      ///< third derivatives x unknowns
+    Matrix energy;       ///< third derivatives x points
     Matrix from_points;  ///< unknowns x points: the best unknowns, negated
 
     Plan(FanKind fan_kind, int size, double corner_angle)
@@ -50,11 +60,11 @@ struct CapSolver::Plan {
         at.inner = at.count;
         at.count += n;
 
-        Matrix influence = Matrix::Zero(cap_points * n, at.count);
+        influence = Matrix::Zero(cap_points * n, at.count);
         fill(influence, Matrix::Identity(at.count, at.count));
-        const Matrix energy = energy_rows();
-        const Matrix system = energy * influence;
-        from_points = system.completeOrthogonalDecomposition().solve(energy);
+        energy = energy_rows();
+        bending = energy * influence;
+        from_points = bending.completeOrthogonalDecomposition().solve(energy);
     }
 
     [[nodiscard]] bool is_ring() const { return kind == FanKind::Ring; }
@@ -168,7 +178,7 @@ struct CapSolver::Plan {
         constexpr int lines = 4;  // the fifth one has no unknowns
         // Two derivatives one way and one the other come in three orders.
         const double mixed = std::sqrt(3.0);
-        Matrix energy = Matrix::Zero(Eigen::Index(n) * lines * 2 * 6, Eigen::Index(cap_points) * n);
+        Matrix rows = Matrix::Zero(Eigen::Index(n) * lines * 2 * 6, Eigen::Index(cap_points) * n);
         Eigen::Index row = 0;
         for (int s = 0; s < n; ++s) {
             for (int line = 0; line < lines; ++line) {
@@ -177,12 +187,12 @@ struct CapSolver::Plan {
                         return along_i ? cap_row(s, k, l) : cap_row(s, l, k);
                     };
                     for (const int half : {0, 3}) {
-                        for (int k = 0; k < 4; ++k) energy(row, column(half + k, line)) = third[k];
+                        for (int k = 0; k < 4; ++k) rows(row, column(half + k, line)) = third[k];
                         ++row;
                         for (const int start : {half, half + 1}) {
                             for (int k = 0; k < 3; ++k) {
-                                energy(row, column(start + k, line)) = -mixed * second[k];
-                                energy(row, column(start + k, line + 1)) = mixed * second[k];
+                                rows(row, column(start + k, line)) = -mixed * second[k];
+                                rows(row, column(start + k, line + 1)) = mixed * second[k];
                             }
                             ++row;
                         }
@@ -190,7 +200,7 @@ struct CapSolver::Plan {
                 }
             }
         }
-        return energy;
+        return rows;
     }
 };
 
@@ -199,13 +209,58 @@ CapSolver::CapSolver(FanKind kind, int size, double angle)
 
 CapSolver::~CapSolver() = default;
 
-void CapSolver::solve(Eigen::Matrix<double, Eigen::Dynamic, 3>& points) const {
+CapSolver::Net CapSolver::fit(const Net& points, const std::vector<Target>& targets,
+                              double weight) const {
+    const Plan& plan = *plan_;
+    Matrix known = points;
+    plan.fill(known, Matrix::Zero(plan.at.count, 3));
+    // Three times the unknowns, as normals couple the coordinates.
+    const Eigen::Index m = plan.at.count;
+    const Matrix bending = weight * plan.bending;
+    const Matrix rest = weight * plan.energy * known;
+    Matrix normal_matrix = Matrix::Zero(3 * m, 3 * m);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(3 * m);
+    const Matrix gram = bending.transpose() * bending;
+    const Matrix gram_right = -bending.transpose() * rest;
+    for (Eigen::Index c = 0; c < 3; ++c) {
+        normal_matrix.block(c * m, c * m, m, m) = gram;
+        right.segment(c * m, m) = gram_right.col(c);
+    }
+    Eigen::VectorXd row(3 * m);
+    for (const Target& target : targets) {
+        const auto [first_u, weights_u] = half_bernstein(target.u);
+        const auto [first_v, weights_v] = half_bernstein(target.v);
+        Row of_unknowns = Row::Zero(m);
+        Eigen::RowVector3d of_known = Eigen::RowVector3d::Zero();
+        for (int i = 0; i < 4; ++i) {
+            for (int j = 0; j < 4; ++j) {
+                const double w = weights_u[i] * weights_v[j];
+                const int point = cap_row(target.face, first_u + i, first_v + j);
+                of_unknowns += w * plan.influence.row(point);
+                of_known += w * known.row(point);
+            }
+        }
+        for (Eigen::Index c = 0; c < 3; ++c) {
+            row.segment(c * m, m) = target.normal[c] * of_unknowns.transpose();
+        }
+        normal_matrix += row * row.transpose();
+        right += row * target.normal.dot(target.point - of_known);
+    }
+    const Eigen::VectorXd solution = normal_matrix.completeOrthogonalDecomposition().solve(right);
+    Matrix unknown(m, 3);
+    for (Eigen::Index c = 0; c < 3; ++c) unknown.col(c) = solution.segment(c * m, m);
+    known = points;
+    plan.fill(known, unknown);
+    return known;
+}
+
+CapSolver::Net CapSolver::solve(const Net& points) const {
     Matrix known = points;
     plan_->fill(known, Matrix::Zero(plan_->at.count, 3));
     const Matrix unknown = -plan_->from_points * known;
     known = points;
     plan_->fill(known, unknown);
-    points = known;
+    return known;
 }
 
 }  // namespace patchwright::patch

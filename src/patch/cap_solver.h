@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <vector>
 
 namespace patchwright::patch {
 
@@ -29,12 +30,26 @@ class CapSolver {
   public:
     /// @param angle  phi at corners; elsewhere it follows from kind and size
     /// @pre kind is not Spike, size >= 2 (>= 3 for a ring)
+    using Net = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+
     CapSolver(FanKind kind, int size, double angle = 0.0);
     ~CapSolver();
 
     /// @param points  49 size x 3; the vertex, the outer points, and for creases and corners the
     ///                points (1, 0), (2, 0) and (0, 1), (0, 2) on the two sharp edges are read
-    void solve(Eigen::Matrix<double, Eigen::Dynamic, 3>& points) const;
+    [[nodiscard]] Net solve(const Net& points) const;
+
+    /// A point of the limit surface and where the cap is nearest to it.
+    struct Target {
+        int face;
+        double u, v;  ///< shares of the cap's size
+        Eigen::RowVector3d point, normal;
+    };
+    /// As solve(), but the distances of the targets from the tangent planes at their places count
+    /// besides the third derivatives.
+    /// @param weight  of the derivatives beside the distances
+    [[nodiscard]] Net fit(const Net& points, const std::vector<Target>& targets,
+                          double weight) const;
 
   private:
     struct Plan;

@@ -13,7 +13,7 @@ struct ExportOptions {
     OutputOptions output;
     std::string cage;
     std::string cage_unit = "mm";
-    std::string tolerance = "1e-5rel";
+    std::string tolerance = "1e-4rel";
 };
 
 int export_cage(const ExportOptions& options) {
