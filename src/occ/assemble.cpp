@@ -1,3 +1,4 @@
+#include "occ/bodies.h"
 #include "occ/cad_model_impl.h"
 #include "occ/kernel_guard.h"
 
@@ -19,7 +20,6 @@
 #include <TopoDS_Compound.hxx>
 #include <TopoDS_Edge.hxx>
 #include <TopoDS_Shell.hxx>
-#include <TopoDS_Solid.hxx>
 #include <TopoDS_Vertex.hxx>
 #include <TopoDS_Wire.hxx>
 #include <fmt/format.h>
@@ -78,6 +78,15 @@ Handle(Geom_BSplineSurface) to_kernel(const geom::BsplineSurface& surface) {
     const KnotTable v(surface.knots_v);
     return new Geom_BSplineSurface(poles, u.values, v.values, u.multiplicities, v.multiplicities, 3,
                                    3);
+}
+
+GeomAbs_Shape kernel_continuity(patch::EdgeContinuity continuity) {
+    switch (continuity) {
+        case patch::EdgeContinuity::Position: return GeomAbs_C0;
+        case patch::EdgeContinuity::TangentPlane: return GeomAbs_G1;
+        case patch::EdgeContinuity::Curvature: return GeomAbs_C2;
+    }
+    return GeomAbs_C0;
 }
 
 /// One use of an edge by a patch, along a piece of the patch's side.
@@ -164,13 +173,14 @@ class Assembler {
 
         TopoDS_Compound compound;
         builder_.MakeCompound(compound);
-        std::vector<TopoDS_Shape> bodies;
-        for (const auto& part : connectivity_.parts()) bodies.push_back(make_body(part));
+        std::vector<ShellPart> parts;
+        for (const auto& part : connectivity_.parts()) parts.push_back(make_part(part));
+        const std::vector<TopoDS_Shape> bodies = make_bodies(parts);
         for (const TopoDS_Shape& body : bodies) builder_.Add(compound, body);
 
         auto impl = std::make_shared<CadModel::Impl>();
         impl->shape = bodies.size() == 1 ? bodies.front() : TopoDS_Shape(compound);
-        name_faces(*impl);
+        describe_faces(*impl);
         return CadModel(std::move(impl));
     }
 
@@ -240,23 +250,24 @@ class Assembler {
     void mark_smooth_edges() {
         for (std::size_t e = 0; e < set_.edges.size(); ++e) {
             const auto& uses = connectivity_.uses(e);
-            if (uses.size() == 2 && !set_.edges[e].crease) {
+            if (uses.size() == 2) {
                 builder_.Continuity(edges_[e], faces_[std::size_t(uses[0].patch)],
-                                    faces_[std::size_t(uses[1].patch)], GeomAbs_G1);
+                                    faces_[std::size_t(uses[1].patch)],
+                                    kernel_continuity(set_.edges[e].continuity));
             }
         }
     }
 
-    TopoDS_Shape make_body(const std::vector<int>& part) {
-        TopoDS_Shell shell;
-        builder_.MakeShell(shell);
-        for (const int p : part) builder_.Add(shell, faces_[std::size_t(p)]);
-        if (!is_closed(part)) return shell;
-        shell.Closed(true);
-        TopoDS_Solid solid;
-        builder_.MakeSolid(solid);
-        builder_.Add(solid, volume(part) < 0.0 ? shell.Reversed() : shell);
-        return solid;
+    ShellPart make_part(const std::vector<int>& patches) {
+        ShellPart part{.closed = is_closed(patches), .volume = volume(patches)};
+        builder_.MakeShell(part.shell);
+        for (const int p : patches) {
+            builder_.Add(part.shell, faces_[std::size_t(p)]);
+            part.box.add(geom::bounding_box(set_.patches[std::size_t(p)].surface.points));
+        }
+        part.shell.Closed(part.closed);
+        part.point = set_.patches[std::size_t(patches[0])].surface.points.row(0).transpose();
+        return part;
     }
 
     [[nodiscard]] bool is_closed(const std::vector<int>& part) const {
@@ -291,14 +302,17 @@ class Assembler {
         return sum;
     }
 
-    void name_faces(CadModel::Impl& impl) const {
+    void describe_faces(CadModel::Impl& impl) const {
         TopTools_IndexedMapOfShape order;
         TopExp::MapShapes(impl.shape, TopAbs_FACE, order);
         impl.face_names.resize(std::size_t(order.Extent()));
+        impl.face_colours.resize(impl.face_names.size());
         for (std::size_t p = 0; p < faces_.size(); ++p) {
             // Faces of a turned shell are found whatever their orientation: IsSame is the map's
             // rule.
-            impl.face_names[std::size_t(order.FindIndex(faces_[p])) - 1] = set_.patches[p].name;
+            const auto face = std::size_t(order.FindIndex(faces_[p])) - 1;
+            impl.face_names[face] = set_.patches[p].name;
+            impl.face_colours[face] = set_.patches[p].colour;
         }
     }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <patchwright/occ/cad_model.h>
+#include <patchwright/patch/patch_set.h>
 
 #include <TopTools_IndexedMapOfShape.hxx>
 #include <TopoDS_Face.hxx>

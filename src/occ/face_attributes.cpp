@@ -187,20 +187,22 @@ void write_step_attributes(STEPControl_Writer& writer, const CadModel& model) {
     const auto& names = model.impl().face_names;
     const auto& colours = model.impl().face_colours;
     STEPConstruct_Styles styles(writer.WS());
-    STEPConstruct_DataMapOfAsciiStringTransient named;
-    STEPConstruct_DataMapOfPointTransient mixed;
-    bool any = false;
+    // Faces of equal colours share one style.
+    std::map<std::array<double, 3>, Handle(StepVisual_PresentationStyleAssignment)> known;
     for (std::size_t f = 0; f < faces.size(); ++f) {
         const auto item = STEPConstruct::FindEntity(process, faces[f]);
         if (item.IsNull()) continue;
         if (f < names.size()) item->SetName(new TCollection_HAsciiString(names[f].c_str()));
         if (f >= colours.size() || !colours[f]) continue;
-        const auto colour =
-            STEPConstruct_Styles::EncodeColor(kernel_colour(*colours[f]), named, mixed);
-        styles.AddStyle(item, styles.MakeColorPSA(item, colour, colour, colour, 0.0), nullptr);
-        any = true;
+        const Colour& c = *colours[f];
+        auto& style = known[{c.red, c.green, c.blue}];
+        if (style.IsNull()) {
+            const auto colour = STEPConstruct_Styles::EncodeColor(kernel_colour(c));
+            style = styles.MakeColorPSA(item, colour, colour, colour, 0.0);
+        }
+        styles.AddStyle(item, style, nullptr);
     }
-    if (!any) return;
+    if (styles.NbStyles() == 0) return;
     Handle(StepVisual_MechanicalDesignGeometricPresentationRepresentation) all;
     if (styles.CreateMDGPR(styles.FindContext(model.impl().shape), all))
         Handle(StepData_StepModel)::DownCast(writer.WS()->Model())->AddWithRefs(all);

@@ -2,6 +2,8 @@
 #include "occ/exchange_session.h"
 #include "occ/face_attributes.h"
 #include "occ/kernel_guard.h"
+#include "occ/step_annotations.h"
+#include "occ/step_text.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/pending_file.h>
@@ -20,7 +22,11 @@
 #include <StepBasic_Product.hxx>
 #include <StepData_StepModel.hxx>
 #include <TCollection_HAsciiString.hxx>
+#include <fmt/chrono.h>
 #include <fmt/format.h>
+
+#include <ctime>
+#include <fstream>
 
 namespace patchwright::occ {
 
@@ -57,11 +63,17 @@ Handle(TCollection_HAsciiString) kernel_string(const std::string& text) {
     return new TCollection_HAsciiString(text.c_str());
 }
 
-/// What identifies us in a file; the time is fixed so that equal models give equal bytes.
+/// What identifies us in a file; unless asked for, the time is a fixed one so that equal models
+/// give equal bytes.
 struct Signature {
+    explicit Signature(bool time_stamp) {
+        const std::time_t now = time_stamp ? std::time(nullptr) : 0;
+        const std::tm utc = *std::gmtime(&now);
+        step_time = fmt::format("{:%Y-%m-%dT%H:%M:%S}", utc);
+        iges_time = fmt::format("{:%Y%m%d.%H%M%S}", utc);
+    }
     std::string system = fmt::format("patchwright {}", base::version());
-    std::string step_time = "1970-01-01T00:00:00";
-    std::string iges_time = "19700101.000000";
+    std::string step_time, iges_time;
 };
 
 /// The kernel numbers products by process, and AP203 asks for dates and persons, for which it takes
@@ -96,6 +108,17 @@ void fix_administration(const Handle(StepData_StepModel) & step, const std::stri
     }
 }
 
+void compact_file(const Path& target, const Path& file) {
+    std::string text(std::filesystem::file_size(file), '\0');
+    if (!std::ifstream(file, std::ios::binary).read(text.data(), std::streamsize(text.size()))) {
+        refuse(target, "read back what it wrote");
+    }
+    const std::string compact = compact_step(text);
+    std::ofstream stream(file, std::ios::binary);
+    stream.write(compact.data(), std::streamsize(compact.size())).flush();
+    if (!stream) refuse(target, "write the file; disk full?");
+}
+
 void write_step(const CadModel& model, const Path& target, const Path& temporary,
                 const WriteOptions& options) {
     ExchangeSession session;
@@ -103,13 +126,16 @@ void write_step(const CadModel& model, const Path& target, const Path& temporary
     session.set("write.step.schema", kernel_schema(options.schema));
     session.set("write.step.unit", kernel_unit(options.unit));
     session.set("write.step.product.name", name);
+    // Edges are natural boundaries: readers find the straight p-curves themselves.
+    session.set("write.surfacecurve.mode", 0);
     STEPControl_Writer writer;
     if (writer.Transfer(model.impl().shape, STEPControl_AsIs) != IFSelect_RetDone) {
         refuse(target, "translate the model to STEP");
     }
     write_step_attributes(writer, model);
+    if (options.schema == StepSchema::Ap242) add_validation_properties(writer, model);
     fix_administration(writer.Model(), name);
-    const Signature signature;
+    const Signature signature(options.time_stamp);
     APIHeaderSection_MakeHeader header(writer.Model());
     header.SetName(kernel_string(name));
     header.SetTimeStamp(kernel_string(signature.step_time));
@@ -120,6 +146,7 @@ void write_step(const CadModel& model, const Path& target, const Path& temporary
     header.SetDescriptionValue(1, kernel_string("untrimmed bicubic B-spline patches"));
     if (writer.Write(temporary.c_str()) != IFSelect_RetDone)
         refuse(target, "write the file; disk full?");
+    compact_file(target, temporary);
 }
 
 void write_iges(const CadModel& model, const Path& target, const Path& temporary,
@@ -131,7 +158,7 @@ void write_iges(const CadModel& model, const Path& target, const Path& temporary
     if (!writer.AddShape(model.impl().shape)) refuse(target, "translate the model to IGES");
     write_iges_attributes(writer, model);
     writer.ComputeModel();
-    const Signature signature;
+    const Signature signature(options.time_stamp);
     IGESData_GlobalSection global = writer.Model()->GlobalSection();
     global.SetSendName(kernel_string(target.stem().string()));
     global.SetReceiveName(kernel_string(target.stem().string()));

@@ -35,8 +35,13 @@ struct Run {
 
 class Connector {
   public:
-    Connector(const Topology& t, const std::vector<Chart>& charts, PatchSet& set)
-        : t_(t), charts_(charts), set_(set), vertex_(std::size_t(t.vertex_count()), -1) {
+    Connector(const Topology& t, const std::vector<Chart>& charts,
+              const std::vector<EdgeContinuity>& at_vertex, PatchSet& set)
+        : t_(t),
+          charts_(charts),
+          at_vertex_(at_vertex),
+          set_(set),
+          vertex_(std::size_t(t.vertex_count()), -1) {
         find_ends();
         edge_.resize(std::size_t(t.edge_count()), -1);
         for (std::size_t k = 0; k < charts.size(); ++k) {
@@ -98,8 +103,14 @@ class Connector {
                 for (const CornerId c : run.half_edges) edge_[t_.edge(c).index()] = number;
                 const VertexId from = t_.vertex(run.half_edges.front());
                 const VertexId to = t_.vertex(t_.next(run.half_edges.back()));
-                set_.edges.push_back({vertex_[from.index()], vertex_[to.index()], std::move(curve),
-                                      !t_.is_boundary(mesh_edge) && is_sharp(t_, mesh_edge)});
+                const bool sharp = is_sharp(t_, mesh_edge);
+                set_.edges.push_back({.start = vertex_[from.index()],
+                                      .end = vertex_[to.index()],
+                                      .curve = std::move(curve),
+                                      .crease = sharp && !t_.is_boundary(mesh_edge),
+                                      .continuity = sharp ? EdgeContinuity::Position
+                                                          : std::min(at_vertex_[from.index()],
+                                                                     at_vertex_[to.index()])});
                 patch.sides[std::size_t(side)].push_back({number, false});
             } else {
                 // Both sides have the same curve; the one with fewer knots says so more simply.
@@ -112,6 +123,7 @@ class Connector {
 
     const Topology& t_;
     const std::vector<Chart>& charts_;
+    const std::vector<EdgeContinuity>& at_vertex_;
     PatchSet& set_;
     std::vector<int> vertex_;  // per vertex of the mesh: number of the set's vertex, or -1
     std::vector<int> edge_;    // per edge of the mesh: number of the set's edge, or -1
@@ -120,8 +132,9 @@ class Connector {
 
 }  // namespace
 
-void connect(const Topology& t, const std::vector<Chart>& charts, PatchSet& set) {
-    Connector(t, charts, set);
+void connect(const Topology& t, const std::vector<Chart>& charts,
+             const std::vector<EdgeContinuity>& at_vertex, PatchSet& set) {
+    Connector(t, charts, at_vertex, set);
 }
 
 }  // namespace patchwright::patch

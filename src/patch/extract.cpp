@@ -85,6 +85,30 @@ void build_caps(SurfaceSource& source, const ExtractOptions& options) {
     }
 }
 
+std::vector<EdgeContinuity> continuity_at_vertices(const SurfaceSource& source) {
+    std::vector<EdgeContinuity> at_vertex(std::size_t(source.cage.topology->vertex_count()),
+                                          EdgeContinuity::Curvature);
+    for (const Cap& cap : source.caps) {
+        EdgeContinuity& known = at_vertex[cap.fan.vertex.index()];
+        known = std::min(
+            known, cap.report.smooth ? EdgeContinuity::TangentPlane : EdgeContinuity::Position);
+    }
+    return at_vertex;
+}
+
+/// Irregular corners of faces are corners of charts.
+bool has_cap(const Chart& chart, const SurfaceSource& source) {
+    for (const int i : {0, chart.columns - 1}) {
+        for (const int j : {0, chart.rows - 1}) {
+            for (const CornerId c :
+                 source.cage.topology->corners(source.cage.topology->face(chart.cell(i, j)))) {
+                if (source.cap_at.contains(c.value)) return true;
+            }
+        }
+    }
+    return false;
+}
+
 }  // namespace
 
 Extraction extract(const mesh::Cage& cage, const ExtractOptions& options) {
@@ -107,10 +131,11 @@ Extraction extract(const mesh::Cage& cage, const ExtractOptions& options) {
     base::parallel_for(charts.size(), 16, [&](std::size_t first, std::size_t last) {
         for (std::size_t k = first; k < last; ++k) {
             patches[k].surface = chart_surface(charts[k], source);
+            patches[k].has_cap = has_cap(charts[k], source);
             patches[k].name = chart_name(t, charts[k], k, options.covering);
         }
     });
-    connect(t, charts, extraction.patches);
+    connect(t, charts, continuity_at_vertices(source), extraction.patches);
     for (const Cap& cap : source.caps) extraction.caps.push_back(cap.report);
     return extraction;
 }

@@ -1,5 +1,7 @@
 #include "command.h"
 
+#include "describe_patches.h"
+
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
 #include <patchwright/base/pending_file.h>
@@ -81,6 +83,14 @@ void add_output_options(CLI::App& command, OutputOptions& options) {
                     "charts (one surface for as many cage faces as possible) or faces (one each)")
         ->check(CLI::IsMember({"charts", "faces"}))
         ->capture_default_str();
+    command
+        .add_option("--color", options.colour,
+                    "faces in STEP: none, kind (blue: regular, orange: with an extraordinary "
+                    "corner), or deviation (from the input: blue 0, red the tolerance or more)")
+        ->check(CLI::IsMember({"none", "kind", "deviation"}))
+        ->capture_default_str();
+    command.add_flag("--time-stamp", options.time_stamp,
+                     "write the time into the file, which then differs from run to run");
     command
         .add_option(
             "--cap-depth", options.cap_depth,
@@ -195,13 +205,16 @@ void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUni
 }
 
 occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOptions& options,
-                            base::LengthUnit unit, double tolerance_mm) {
+                            base::LengthUnit unit, double tolerance_mm,
+                            const occ::CadReference* source) {
     occ::file_format(options.file);  // refuses an unknown extension before the work
     patch::ExtractOptions extract_options{.tolerance_mm = tolerance_mm};
     if (options.continuity == "refined") extract_options.join = patch::Join::Refined;
     if (options.patches == "faces") extract_options.covering = patch::Covering::Faces;
     if (options.cap_depth > 0) extract_options.cap_depth = options.cap_depth;
-    const patch::Extraction extraction = patch::extract(cage, extract_options);
+    patch::Extraction extraction = patch::extract(cage, extract_options);
+    describe_patches(extraction.patches, options.colour, source,
+                     run.report.fit ? run.report.fit->tolerance : tolerance_mm);
     report::PatchFigures figures{.count = static_cast<int>(extraction.patches.patches.size()),
                                  .continuity = options.continuity,
                                  .covering = options.patches,
@@ -216,7 +229,8 @@ occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOption
     const auto schema = options.schema == "ap203"   ? occ::StepSchema::Ap203
                         : options.schema == "ap242" ? occ::StepSchema::Ap242
                                                     : occ::StepSchema::Ap214;
-    occ::write_cad(model, options.file, {.unit = unit, .schema = schema});
+    occ::write_cad(model, options.file,
+                   {.unit = unit, .schema = schema, .time_stamp = options.time_stamp});
     run.end_stage("write");
 
     occ::CadModel written = occ::read_cad(options.file, {.heal = false}).model;

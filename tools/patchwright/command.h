@@ -45,6 +45,8 @@ struct OutputOptions {
     std::string continuity = "g1";
     std::string patches = "charts";
     int cap_depth = 0;  ///< 0: by the tolerance
+    std::string colour = "none";
+    bool time_stamp = false;
 };
 
 void add_output_options(CLI::App& command, OutputOptions& options);
@@ -101,8 +103,10 @@ void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUni
 /// Extracts patches, assembles, writes and reads back; fills report.patches, solid and continuity.
 /// The model returned is the one on disk.
 /// @param tolerance_mm  how far caps at extraordinary vertices may lie from the limit surface
+/// @param source  the CAD that the cage was fitted to, if any: names and colours faces
 occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOptions& options,
-                            base::LengthUnit unit, double tolerance_mm);
+                            base::LengthUnit unit, double tolerance_mm,
+                            const occ::CadReference* source = nullptr);
 
 /// Measures both ways and fills report.deviation.
 void compare_models(Run& run, const occ::CadReference& output, const occ::CadReference& input,

@@ -38,7 +38,7 @@ int convert(const ConvertOptions& options) {
     const mesh::Cage fitted = fit_cage(run, cage, reference, options.fit);
     if (!options.cage_out.empty()) write_cage(fitted, options.cage_out, cage_unit);
     const occ::CadModel written = write_patches(run, fitted, options.output, run.report.unit,
-                                                caps_share * run.report.fit->tolerance);
+                                                caps_share * run.report.fit->tolerance, &reference);
     compare_models(run, occ::CadReference(written), reference, options.samples);
     run.end_stage("check");
 

@@ -1,5 +1,6 @@
 #include "command.h"
 
+#include <patchwright/base/error.h>
 #include <patchwright/subd/normal_control.h>
 
 #include <memory>
@@ -18,6 +19,10 @@ struct ExportOptions {
 
 int export_cage(const ExportOptions& options) {
     const auto cage_unit = base::parse_length_unit(options.cage_unit);
+    if (options.output.colour == "deviation") {
+        throw base::InvalidArgument(
+            "--color deviation needs an input to deviate from; use convert, or --color kind");
+    }
     const base::Length tolerance = base::parse_length(options.tolerance);
     Run run(options.common);
     run.report.unit =

@@ -1,6 +1,7 @@
 // CAD models: an opaque handle to a kernel shape, and the files it comes from and goes to.
 #pragma once
 
+#include <patchwright/base/colour.h>
 #include <patchwright/base/progress.h>
 #include <patchwright/base/units.h>
 #include <patchwright/geom/types.h>
@@ -30,11 +31,7 @@ class CadModel {
     std::shared_ptr<const Impl> impl_;
 };
 
-/// sRGB, 0 to 1.
-struct Colour {
-    double red = 0.0, green = 0.0, blue = 0.0;
-    bool operator==(const Colour&) const = default;
-};
+using base::Colour;
 
 /// One a face in the order of all face numbers of this room; empty strings and colours where a file
 /// gives none.
@@ -89,11 +86,12 @@ enum class StepSchema { Ap203, Ap214, Ap242 };
 struct WriteOptions {
     base::LengthUnit unit = base::LengthUnit::Millimetre;
     StepSchema schema = StepSchema::Ap214;
+    bool time_stamp = false;  ///< the clock's time instead of a fixed one, in formats that have one
 };
 
-/// Writes the format of the extension, atomically, with names and colours of faces where the format
-/// has them (STEP; IGES with names of eight characters); two calls with one model give identical
-/// bytes.
+/// Writes the format of the extension, atomically; two calls with one model give identical bytes,
+/// unless a time stamp is asked for. STEP holds names and colours of faces, with AP242 also area,
+/// volume and centroid as validation properties; IGES colours and names of eight characters.
 /// @throw OutputError when the kernel or the file system refuses; an older file stays as it was
 void write_cad(const CadModel& model, const std::filesystem::path& path,
                const WriteOptions& options = {});

@@ -1,13 +1,23 @@
 // B-spline patches with shared edges and vertices: what the B-rep is assembled from.
 #pragma once
 
+#include <patchwright/base/colour.h>
 #include <patchwright/geom/bspline.h>
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace patchwright::patch {
+
+enum class EdgeContinuity {
+    Position,
+    TangentPlane,
+    Curvature  ///< two derivatives in the surfaces' own parameters
+};
+
+using base::Colour;
 
 /// A curve between two vertices, shared by the patches on its sides.
 struct PatchEdge {
@@ -15,6 +25,9 @@ struct PatchEdge {
     int end = -1;    ///< vertex at curve.end()
     geom::BsplineCurve curve;
     bool crease = false;  ///< the tangent plane may jump here
+    /// How the surfaces on both sides meet; position only at creases, and beside vertices without
+    /// a common tangent plane.
+    EdgeContinuity continuity = EdgeContinuity::Position;
 };
 
 /// One use of an edge as (part of) the side of a patch.
@@ -29,6 +42,8 @@ struct Patch {
     geom::BsplineSurface surface;
     std::array<std::vector<EdgeUse>, 4> sides;  ///< each in counter-clockwise order, at least one
     std::string name;
+    bool has_cap = false;          ///< a corner is an extraordinary vertex
+    std::optional<Colour> colour;  ///< for formats that have colours
 };
 
 /// Invariants: the curve of an edge lies on the side of each patch that uses it; an edge is used

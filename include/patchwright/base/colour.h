@@ -1,0 +1,12 @@
+// A colour.
+#pragma once
+
+namespace patchwright::base {
+
+/// sRGB, 0 to 1.
+struct Colour {
+    double red = 0.5, green = 0.5, blue = 0.5;
+    bool operator==(const Colour&) const = default;
+};
+
+}  // namespace patchwright::base

@@ -1,0 +1,27 @@
+// Solids and open shells from connected parts.
+#pragma once
+
+#include <patchwright/geom/types.h>
+
+#include <TopoDS_Shape.hxx>
+#include <TopoDS_Shell.hxx>
+
+#include <vector>
+
+namespace patchwright::occ {
+
+/// Faces that hang together.
+struct ShellPart {
+    TopoDS_Shell shell;
+    bool closed = false;
+    double volume = 0.0;  ///< of its sign only; negative: faces look inward
+    geom::Box3 box;       ///< holds the faces
+    geom::Vec3 point;     ///< one of its vertices
+};
+
+/// Open parts stay shells. A closed part becomes a solid, turned outward if need be, unless it lies
+/// inside another: then it is a void of that one, and one inside a void is a solid again.
+/// @pre no two parts cross each other
+std::vector<TopoDS_Shape> make_bodies(const std::vector<ShellPart>& parts);
+
+}  // namespace patchwright::occ

@@ -1,0 +1,15 @@
+// The text of a STEP file, made smaller without changing what it says.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace patchwright::occ {
+
+/// Shares equal CARTESIAN_POINT and DIRECTION instances, leaves needless white space away and
+/// numbers the instances anew, in order. Lines are at most 80 characters long but for names.
+/// @param text  a whole Part 21 file as the kernel writes it
+/// Source: ISO 10303-21:2016, 5 (the basic alphabet, strings) and 9 (the data section).
+std::string compact_step(std::string_view text);
+
+}  // namespace patchwright::occ

@@ -1,0 +1,55 @@
+#include "describe_patches.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace patchwright::cli {
+
+namespace {
+
+constexpr patch::Colour regular_colour{0.55, 0.67, 0.83}, cap_colour{0.93, 0.66, 0.35};
+constexpr int deviation_steps = 8;  // of the colour scale: few colours, few styles in the file
+constexpr int samples_a_side = 12;  // of a patch, for its largest deviation
+
+/// Point (a, b) of n x n inside the surface's range.
+geom::Vec3 inner_point(const geom::BsplineSurface& s, int a, int b, int n) {
+    return s.at(s.knots_u.back() * (a + 0.5) / n, s.knots_v.back() * (b + 0.5) / n).position;
+}
+
+double largest_deviation(const geom::BsplineSurface& s, const geom::ReferenceSurface& source) {
+    double largest = 0.0;
+    for (int a = 0; a < samples_a_side; ++a) {
+        for (int b = 0; b < samples_a_side; ++b) {
+            const geom::Vec3 p = inner_point(s, a, b, samples_a_side);
+            largest = std::max(largest, source.foot_point(p).distance);
+        }
+    }
+    return largest;
+}
+
+/// Blue, green, red, in steps.
+patch::Colour scale_colour(double share) {
+    const double t =
+        std::min(int(share * deviation_steps), deviation_steps) / double(deviation_steps);
+    return {std::clamp(2.0 * t - 1.0, 0.0, 1.0), 1.0 - std::abs(2.0 * t - 1.0),
+            std::clamp(1.0 - 2.0 * t, 0.0, 1.0)};
+}
+
+}  // namespace
+
+void describe_patches(patch::PatchSet& set, const std::string& colour,
+                      const geom::ReferenceSurface* source, double tolerance_mm) {
+    for (patch::Patch& patch : set.patches) {
+        if (source != nullptr) {
+            const int face = source->foot_point(inner_point(patch.surface, 0, 0, 1)).face;
+            patch.name = fmt::format("source face {}/{}", face, patch.name);
+        }
+        if (colour == "kind") patch.colour = patch.has_cap ? cap_colour : regular_colour;
+        if (colour == "deviation") {
+            patch.colour = scale_colour(largest_deviation(patch.surface, *source) / tolerance_mm);
+        }
+    }
+}
+
+}  // namespace patchwright::cli
