@@ -53,6 +53,9 @@ class FaceSurface {
     [[nodiscard]] double orientation() const { return orientation_; }
     [[nodiscard]] bool contains(const Vec2& uv) const;
 
+    /// The surface is not smooth everywhere inside the rectangle around the face.
+    [[nodiscard]] bool has_kinks() const { return !kinks_[0].empty() || !kinks_[1].empty(); }
+
     struct Rectangle {
         Vec2 low, high;
         bool operator==(const Rectangle&) const = default;

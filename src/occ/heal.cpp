@@ -1,6 +1,7 @@
 #include "occ/heal.h"
 
 #include "occ/cad_model_impl.h"
+#include "occ/edge_pairing.h"
 #include "occ/face_cleanup.h"
 #include "occ/free_edge_gaps.h"
 #include "occ/pcurve_repair.h"
@@ -150,7 +151,7 @@ TopoDS_Shape sew_sheets(const std::vector<TopoDS_Shape>& sheets, double size,
     const int free_edges = count_free_edges(as_is);
     if (free_edges == 0) return as_is;
     const SewingOptions options{.size = size, .max_wholly_rel = max_tolerance_rel};
-    const Sewn sewn = sew_by_gaps(sheets, options, origins);
+    Sewn sewn = sew_by_gaps(sheets, options, origins);
     if (sewn.shape.IsNull()) {
         // Without a gap within the limit there is nothing to try.
         note_open_edges(as_is, size, report);
@@ -160,6 +161,7 @@ TopoDS_Shape sew_sheets(const std::vector<TopoDS_Shape>& sheets, double size,
         note_open_edges(as_is, size, report);
         return as_is;
     }
+    report.edges_rejoined = pair_coincident_edges(sewn.shape, sewn.tolerance, origins);
     report.pcurves_replaced = bring_pcurves_into_step(sewn.shape, sewn.tolerance);
     auto impl = std::make_shared<CadModel::Impl>();
     impl->shape = sewn.shape;

@@ -23,6 +23,7 @@ class SectionWriter {
         if (report_.fit) fit(*report_.fit);
         if (report_.patches) patches(*report_.patches);
         if (report_.solid) solid(*report_.solid);
+        if (report_.details) details(*report_.details);
         if (report_.deviation) deviation(*report_.deviation);
         if (report_.continuity) continuity(*report_.continuity);
         times();
@@ -114,6 +115,36 @@ class SectionWriter {
         if (s.solids > 0) row("volume", "{:.6g} {}", s.volume * scale_ * scale_ * scale_, unit(3));
         row("tolerance", "{}", length(s.max_tolerance));
         row("box", "{} to {}", place(s.bounds.min), place(s.bounds.max));
+    }
+    void details(const DetailFigures& d) {
+        sections_.push_back({"Details", {}});
+        row("smallest face", "number {}, {:.4g} {}", d.smallest_face,
+            d.smallest_area * scale_ * scale_, unit(2));
+        row("narrowest face", "number {}, {} wide", d.narrowest_face, length(d.narrowest_width));
+        row("shortest edge", "{} at {}", relative(d.shortest_edge), place(d.shortest_edge_at));
+        row("tolerances", "vertices {}, edges {}, faces {}", length(d.vertex_tolerance),
+            length(d.edge_tolerance), length(d.face_tolerance));
+        if (d.largest_open_gap > 0.0)
+            row("free edges", "{} to {} from the next one", relative(d.smallest_open_gap),
+                relative(d.largest_open_gap));
+        row("edges", "{} sharp, {} smooth", d.sharp_edges, d.smooth_edges);
+        row("features", "{} sharp curves, {} free curves, {} corners", d.sharp_curves,
+            d.free_curves, d.corners);
+        row("kinks", "{} faces with kinks inside; across smooth edges up to {:.3g} degrees at {}",
+            d.kinked_faces, d.largest_kink_rad * 180.0 / M_PI, place(d.largest_kink_at));
+        row("centre of mass", "{} of the {}", place(d.centre_of_mass),
+            d.moments_of_volume ? "volume" : "surface");
+        const int power = d.moments_of_volume ? 5 : 4;
+        const double moment = std::pow(scale_, power);
+        row("moments", "{:.4g}, {:.4g}, {:.4g} {}^{}", d.principal_moments[0] * moment,
+            d.principal_moments[1] * moment, d.principal_moments[2] * moment,
+            base::short_name(report_.unit), power);
+        if (d.named_faces + d.coloured_faces > 0)
+            row("faces", "{} with names, {} with colours", d.named_faces, d.coloured_faces);
+        if (d.duplicates_dropped + d.slivers_dropped + d.faces_turned > 0)
+            row("healed", "{} duplicates and {} slivers left out, {} faces turned",
+                d.duplicates_dropped, d.slivers_dropped, d.faces_turned);
+        for (const auto& [a, b] : d.overlapping_solids) row("overlap", "solids {} and {}", a, b);
     }
     void deviation(const DeviationFigures& d) {
         sections_.push_back({"Deviation", {}});

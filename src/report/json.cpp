@@ -26,7 +26,13 @@ class Writer {
         if (report_.fit) json["fit"] = fit(*report_.fit);
         if (report_.patches) json["patches"] = patches(*report_.patches);
         if (report_.solid) json["solid"] = solid(*report_.solid);
-        if (report_.deviation) json["deviation"] = deviations(*report_.deviation);
+        if (report_.details) json["details"] = details(*report_.details);
+        if (report_.deviation) {
+            json["deviation"] = {
+                {"output_to_input", deviation(report_.deviation->output_to_input)},
+                {"input_to_output", deviation(report_.deviation->input_to_output)}};
+            json["sharp_curves"] = sharp_curves(*report_.deviation);
+        }
         if (report_.continuity) json["continuity"] = continuity(*report_.continuity);
         if (!report_.notices.empty()) json["notices"] = report_.notices;
         double total = 0.0;
@@ -120,15 +126,43 @@ class Writer {
         }
         return json;
     }
-    Json deviations(const DeviationFigures& d) const {
-        Json json = {
-            {"output_to_input", deviation(d.output_to_input)},
-            {"input_to_output", deviation(d.input_to_output)},
-            {"sharp_curves", {{"input", d.sharp_curves_input}, {"output", d.sharp_curves_output}}}};
-        if (d.sharp_output_to_input)
-            json["sharp_curves"]["output_to_input"] = deviation(*d.sharp_output_to_input);
-        if (d.sharp_input_to_output)
-            json["sharp_curves"]["input_to_output"] = deviation(*d.sharp_input_to_output);
+    Json details(const DetailFigures& d) const {
+        const double moment = std::pow(scale_, d.moments_of_volume ? 5 : 4);
+        Json moments = Json::array();
+        for (const double m : d.principal_moments) moments.push_back(m * moment);
+        return {
+            {"smallest_face",
+             {{"face", d.smallest_face}, {"area", d.smallest_area * scale_ * scale_}}},
+            {"narrowest_face", {{"face", d.narrowest_face}, {"width", length(d.narrowest_width)}}},
+            {"shortest_edge",
+             {{"length", length(d.shortest_edge)}, {"at", point(d.shortest_edge_at)}}},
+            {"tolerances",
+             {{"vertex", length(d.vertex_tolerance)},
+              {"edge", length(d.edge_tolerance)},
+              {"face", length(d.face_tolerance)}}},
+            {"open_gaps",
+             {{"smallest", length(d.smallest_open_gap)}, {"largest", length(d.largest_open_gap)}}},
+            {"sharp_edges", d.sharp_edges},
+            {"smooth_edges", d.smooth_edges},
+            {"sharp_curves", d.sharp_curves},
+            {"free_curves", d.free_curves},
+            {"corners", d.corners},
+            {"kinked_faces", d.kinked_faces},
+            {"largest_kink_deg", d.largest_kink_rad * 180.0 / M_PI},
+            {"largest_kink_at", point(d.largest_kink_at)},
+            {"centre_of_mass", point(d.centre_of_mass)},
+            {"principal_moments", moments},
+            {"named_faces", d.named_faces},
+            {"coloured_faces", d.coloured_faces},
+            {"overlapping_solids", d.overlapping_solids},
+            {"duplicates_dropped", d.duplicates_dropped},
+            {"slivers_dropped", d.slivers_dropped},
+            {"faces_turned", d.faces_turned}};
+    }
+    Json sharp_curves(const DeviationFigures& d) const {
+        Json json = {{"input", d.sharp_curves_input}, {"output", d.sharp_curves_output}};
+        if (d.sharp_output_to_input) json["output_to_input"] = deviation(*d.sharp_output_to_input);
+        if (d.sharp_input_to_output) json["input_to_output"] = deviation(*d.sharp_input_to_output);
         return json;
     }
     Json deviation(const fit::Deviation& d) const {

@@ -261,8 +261,22 @@ class RealFiles(CliTest):
         self.assertTrue(report["solid"]["closed"] and report["solid"]["valid"] and report["solid"]["all_bicubic"])
         self.assertLess(report["continuity"]["max_gap"], 1e-9 * report["input"]["diagonal"])
 
-    def test_a_file_from_which_the_kernel_transfers_nothing_is_refused(self):
-        self.check_refused(["inspect", self.file("c172_wing_pyspline.igs")], 2, "c172_wing_pyspline.igs", "no faces")
+    def test_a_file_that_runs_into_column_65_is_read_with_a_notice(self):
+        file = self.path("report.json")
+        result = run("inspect", self.file("c172_wing_pyspline.igs"), "--json", file)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("column 65", result.stderr)
+        report = json.loads(file.read_text())
+        self.assertEqual(report["input"]["faces"], 6)
+        self.assertEqual(report["details"]["free_curves"], 1)
+
+    def test_an_inspection_tells_details(self):
+        report = json.loads(run("inspect", self.file("nosecone_sw.step"), "--json", "-").stdout)
+        details = report["details"]
+        self.assertEqual(details["coloured_faces"], 59)
+        self.assertEqual(details["overlapping_solids"], [])
+        self.assertGreater(details["sharp_curves"], 0)
+        self.assertAlmostEqual(details["centre_of_mass"][2], 0.0, delta=1e-4)  # half a mould, symmetric
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 #include "occ/shapes.h"
 
 #include <patchwright/occ/inspect.h>
+#include <patchwright/occ/inspect_closely.h>
 
 #include <BRepBuilderAPI_MakeFace.hxx>
 #include <BRepPrimAPI_MakeSphere.hxx>
@@ -63,4 +64,47 @@ TEST_CASE("a cylinder meets its own seam without a kink", "[occ][oracle]") {
     const patch::Continuity c = occ::measure_continuity(cylinder, geom::Points(0, 3));
     CHECK(c.max_kink_rad == Approx(M_PI / 2));  // at the ends
     CHECK(c.smooth_edges == 3);
+}
+
+TEST_CASE("a closer look finds small parts, features and mass", "[occ][oracle]") {
+    const occ::CloseInspection box = occ::inspect_closely(
+        test::model_of(BRepPrimAPI_MakeBox(gp_Pnt(1, 2, 3), 2.0, 3.0, 4.0).Shape()));
+    CHECK(box.smallest_area_mm2 == Approx(6.0));
+    CHECK(box.narrowest_width_mm == Approx(2 * 6.0 / 10.0));
+    CHECK(box.shortest_edge_mm == Approx(2.0));
+    CHECK(box.sharp_edges == 12);
+    CHECK(box.sharp_curves == 12);
+    CHECK(box.corners == 8);
+    CHECK(box.smooth_edges == 0);
+    CHECK(box.kinked_faces == 0);
+    CHECK((box.centre_of_mass - geom::Vec3(2, 3.5, 5)).norm() < 1e-9);
+    // m (b^2 + c^2) / 12 for mass 24.
+    CHECK(box.principal_moments[0] == Approx(24.0 * (4 + 9) / 12.0));
+    CHECK(box.principal_moments[1] == Approx(24.0 * (4 + 16) / 12.0));
+    CHECK(box.principal_moments[2] == Approx(24.0 * (9 + 16) / 12.0));
+    CHECK(box.edge_tolerance_mm == Approx(1e-7));
+    CHECK(box.largest_open_gap_mm == 0.0);
+    CHECK(box.overlapping_solids.empty());
+
+    const occ::CloseInspection cylinder =
+        occ::inspect_closely(test::model_of(BRepPrimAPI_MakeCylinder(1.0, 3.0).Shape()));
+    CHECK(cylinder.sharp_curves == 2);
+    CHECK(cylinder.smooth_edges == 1);
+    CHECK(cylinder.largest_kink_rad < 1e-6);
+}
+
+TEST_CASE("solids that reach into each other are named, neighbours are not", "[occ][oracle]") {
+    const auto box = [](double x, double size) {
+        return BRepPrimAPI_MakeBox(gp_Pnt(x, 0, 0), size, 10.0, 10.0).Shape();
+    };
+    TopoDS_Compound bodies;
+    const BRep_Builder builder;
+    builder.MakeCompound(bodies);
+    builder.Add(bodies, box(0.0, 10.0));
+    builder.Add(bodies, box(10.0, 10.0));  // touches the first
+    builder.Add(bodies, box(19.9, 10.0));  // reaches into the second
+    builder.Add(bodies, BRepPrimAPI_MakeSphere(gp_Pnt(5, 5, 5), 1.0).Shape());  // inside the first
+    builder.Add(bodies, box(50.0, 10.0));
+    const auto overlaps = occ::overlapping_solids(test::model_of(bodies));
+    CHECK(overlaps == std::vector<std::array<int, 2>>{{0, 3}, {1, 2}});
 }

@@ -168,7 +168,7 @@ Input read_input(Run& run, const std::string& file, const std::string& input_uni
     if (!input_unit.empty()) options.unit = base::parse_length_unit(input_unit);
     const occ::ReadResult result = occ::read_cad(file, options);
     for (const std::string& text : result.report.notices) run.notice(text);
-    Input input{result.model, solid_figures(file, result.model)};
+    Input input{result.model, solid_figures(file, result.model), result.report};
     constexpr const char* formats[] = {"STEP", "IGES", "BREP"};
     run.report.unit = result.report.unit;
     run.report.input =

@@ -88,6 +88,7 @@ class Run {
 struct Input {
     occ::CadModel model;
     report::SolidFigures figures;
+    occ::ReadReport read;
 };
 
 /// Reads a CAD file and fills report.input.

@@ -1,6 +1,9 @@
 #include "command.h"
 
 #include <patchwright/base/error.h>
+#include <patchwright/occ/inspect_closely.h>
+
+#include <fmt/format.h>
 
 #include <memory>
 
@@ -30,6 +33,10 @@ int convert(const ConvertOptions& options) {
     Run run(options.common);
     const mesh::Cage cage = read_cage(run, options.cage, cage_unit);
     const Input input = read_input(run, options.input, options.input_unit);
+    for (const auto& [a, b] : occ::overlapping_solids(input.model)) {
+        run.notice(fmt::format("solids {} and {} of {} overlap; they stay separate bodies", a, b,
+                               options.input));
+    }
     if (options.output.unit != "input")
         run.report.unit = base::parse_length_unit(options.output.unit);
     const occ::CadReference reference(input.model, {.progress = run.progress()});

@@ -58,6 +58,7 @@ struct ReadReport {
     int duplicates_dropped = 0;        ///< loose faces that lie on another
     int slivers_dropped = 0;           ///< loose faces without width
     int faces_turned = 0;              ///< by making orientations agree and look outward
+    int edges_rejoined = 0;            ///< pairs in one place whose faces had been joined crosswise
     int pcurves_replaced = 0;          ///< that ran out of step with their edges after sewing
     std::vector<std::string> notices;  ///< one line each, for the user
 };

@@ -8,6 +8,7 @@
 #include <patchwright/patch/continuity.h>
 #include <patchwright/patch/extract.h>
 
+#include <array>
 #include <map>
 #include <optional>
 #include <string>
@@ -56,6 +57,25 @@ struct SolidFigures {
     geom::Box3 bounds;
 };
 
+/// What a closer look at an inspected file found; see occ::CloseInspection. Faces count from 0.
+struct DetailFigures {
+    int smallest_face = -1, narrowest_face = -1;
+    double smallest_area = 0.0, narrowest_width = 0.0, shortest_edge = 0.0;
+    geom::Vec3 shortest_edge_at = geom::Vec3::Zero();
+    double vertex_tolerance = 0.0, edge_tolerance = 0.0, face_tolerance = 0.0;
+    double smallest_open_gap = 0.0, largest_open_gap = 0.0;
+    int sharp_edges = 0, smooth_edges = 0, sharp_curves = 0, free_curves = 0, corners = 0;
+    int kinked_faces = 0;
+    double largest_kink_rad = 0.0;
+    geom::Vec3 largest_kink_at = geom::Vec3::Zero();
+    geom::Vec3 centre_of_mass = geom::Vec3::Zero();
+    std::array<double, 3> principal_moments{0.0, 0.0, 0.0};
+    bool moments_of_volume = false;  ///< else of the surface
+    int named_faces = 0, coloured_faces = 0;
+    std::vector<std::array<int, 2>> overlapping_solids;
+    int duplicates_dropped = 0, slivers_dropped = 0, faces_turned = 0;
+};
+
 struct DeviationFigures {
     fit::Deviation output_to_input, input_to_output;
     int sharp_curves_input = 0, sharp_curves_output = 0;
@@ -71,6 +91,7 @@ struct RunReport {
     std::optional<FitFigures> fit;
     std::optional<PatchFigures> patches;
     std::optional<SolidFigures> solid;
+    std::optional<DetailFigures> details;
     std::optional<DeviationFigures> deviation;
     std::optional<patch::Continuity> continuity;
     std::vector<std::pair<std::string, double>> seconds;  ///< stage, in order; "total" is added
