@@ -12,6 +12,9 @@ namespace patchwright::occ {
 namespace {
 
 constexpr std::size_t line_length = 80;
+/// The context of p-curves, of which the kernel writes one for each.
+constexpr std::string_view plane_context =
+    "(GEOMETRIC_REPRESENTATION_CONTEXT(2)PARAMETRIC_REPRESENTATION_CONTEXT()";
 
 bool is_space(char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; }
 
@@ -94,12 +97,9 @@ class Compactor {
 
   private:
     void collect(std::string_view section) {
-        // Twins are found by their text in the pool, which must not move meanwhile.
         pool_.reserve(section.size());
-        std::unordered_map<std::string_view, std::int64_t> known;
         Statements statements(section);
         std::string statement;
-        std::int64_t written = 0;
         while (statements.next(statement)) {
             const std::size_t equals = statement.find('=');
             Instance instance;
@@ -110,27 +110,48 @@ class Compactor {
             instance.begin = pool_.size();
             pool_.append(statement, equals + 1);
             instance.end = pool_.size();
-            const auto body =
-                std::string_view(pool_).substr(instance.begin, instance.end - instance.begin);
-            if (body.starts_with("CARTESIAN_POINT(") || body.starts_with("DIRECTION(")) {
-                const auto [twin, added] = known.try_emplace(body, written + 1);
-                instance.left_away = !added;
-                instance.meaning = twin->second;
-            }
-            if (!instance.left_away) instance.meaning = ++written;
             if (meaning_.size() <= std::size_t(instance.number)) {
                 meaning_.resize(std::size_t(instance.number) + 1 + meaning_.size() / 2);
             }
-            meaning_[std::size_t(instance.number)] = instance.meaning;
+            meaning_[std::size_t(instance.number)] = instance.number;
             instances_.push_back(instance);
+        }
+        // Each kind refers to those before it only, so that twins have equal texts by then.
+        for (const std::string_view kind : std::initializer_list<std::string_view>{
+                 "CARTESIAN_POINT(", "DIRECTION(", "VECTOR(", "LINE(", plane_context,
+                 "DEFINITIONAL_REPRESENTATION("}) {
+            share(kind);
+        }
+        written_as_.resize(meaning_.size());
+        std::int64_t written = 0;
+        for (const Instance& instance : instances_) {
+            if (!instance.left_away) written_as_[std::size_t(instance.number)] = ++written;
         }
     }
 
-    void write(const Instance& instance, std::string& out) const {
-        LineWriter line(out);
-        const auto body =
-            std::string_view(pool_).substr(instance.begin, instance.end - instance.begin);
-        std::string token = '#' + std::to_string(instance.meaning) + '=';
+    /// Lets all instances of a kind with the same text stand for the first of them.
+    void share(std::string_view kind) {
+        std::unordered_map<std::string, std::int64_t> known;
+        for (Instance& instance : instances_) {
+            if (!body_of(instance).starts_with(kind)) continue;
+            std::string text;
+            rewrite(
+                body_of(instance), [&](std::int64_t n) { return meaning_[std::size_t(n)]; },
+                [&](const std::string& token) { text += token; });
+            const auto [twin, added] = known.try_emplace(std::move(text), instance.number);
+            instance.left_away = !added;
+            meaning_[std::size_t(instance.number)] = twin->second;
+        }
+    }
+
+    [[nodiscard]] std::string_view body_of(const Instance& instance) const {
+        return std::string_view(pool_).substr(instance.begin, instance.end - instance.begin);
+    }
+
+    /// Hands over the body in pieces that lines may be broken between, references renumbered.
+    template <class Number, class Put>
+    static void rewrite(std::string_view body, Number&& number, Put&& put) {
+        std::string token;
         for (std::size_t k = 0; k < body.size(); ++k) {
             const char c = body[k];
             if (c == '\'') {
@@ -138,28 +159,37 @@ class Compactor {
                 token += body.substr(k, close - k + 1);
                 k = close;
             } else if (c == '#') {
-                std::int64_t number = 0;
+                std::int64_t referred = 0;
                 const char* start = body.data() + k + 1;
-                const char* stop = std::from_chars(start, body.data() + body.size(), number).ptr;
-                token += '#' + std::to_string(meaning_[std::size_t(number)]);
+                const char* stop = std::from_chars(start, body.data() + body.size(), referred).ptr;
+                token += '#' + std::to_string(number(referred));
                 k += std::size_t(stop - start);
             } else {
                 token += c;
-                if (c == ',' ||
-                    (c == ')' && k + 1 < body.size() && body[k + 1] != ',' && body[k + 1] != ')')) {
-                    line.put(token);
+                if (c == ',') {
+                    put(token);
                     token.clear();
                 }
             }
         }
-        token += ';';
-        line.put(token);
+        put(token);
+    }
+
+    void write(const Instance& instance, std::string& out) const {
+        LineWriter line(out);
+        line.put('#' + std::to_string(written_as_[std::size_t(instance.number)]) + '=');
+        const auto number = [&](std::int64_t n) {
+            return written_as_[std::size_t(meaning_[std::size_t(n)])];
+        };
+        rewrite(body_of(instance), number, [&](const std::string& token) { line.put(token); });
+        line.put(";");
         line.end_line();
     }
 
     std::string pool_;
     std::vector<Instance> instances_;
-    std::vector<std::int64_t> meaning_;  // by number as read
+    std::vector<std::int64_t> meaning_;     // by number as read: the twin that stays
+    std::vector<std::int64_t> written_as_;  // by number as read
 };
 
 }  // namespace

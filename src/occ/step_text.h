@@ -6,8 +6,9 @@
 
 namespace patchwright::occ {
 
-/// Shares equal CARTESIAN_POINT and DIRECTION instances, leaves needless white space away and
-/// numbers the instances anew, in order. Lines are at most 80 characters long but for names.
+/// Shares equal points, directions and straight p-curves with their contexts, leaves needless white
+/// space away and numbers the instances anew, in order. Lines are at most 80 characters long but
+/// for names.
 /// @param text  a whole Part 21 file as the kernel writes it
 /// Source: ISO 10303-21:2016, 5 (the basic alphabet, strings) and 9 (the data section).
 std::string compact_step(std::string_view text);

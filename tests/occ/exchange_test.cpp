@@ -1,3 +1,4 @@
+#include "occ/random_patches.h"
 #include "occ/shapes.h"
 #include "support/cages.h"
 
@@ -264,5 +265,20 @@ TEST_CASE("limit points lie on the surfaces of the file read back", "[occ][oracl
             }
         }
         CHECK(worst < 1e-9 * written.bounds().diagonal());
+    }
+}
+
+TEST_CASE("random cages come back from STEP without gaps and kinks", "[occ][oracle]") {
+    // bench_patches does the same for 200 and more.
+    const Folder folder;
+    for (unsigned seed = 0; seed < 30; ++seed) {
+        CAPTURE(seed);
+        const test::RandomPatches result = test::write_random_patches(seed, folder / "a.step");
+        CHECK(result.inspection.valid);
+        CHECK(result.inspection.all_bicubic);
+        CHECK(result.inspection.closed == result.closed);
+        CHECK(result.inspection.nonmanifold_edges == 0);
+        CHECK(result.relative_gap <= 1e-9);
+        CHECK(result.kink_deg <= 1e-5);
     }
 }
