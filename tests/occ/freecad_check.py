@@ -25,8 +25,11 @@ def is_untrimmed(face):
     """The face covers its surface's whole domain."""
     if face.Surface.TypeId != "Part::GeomBSplineSurface" or len(face.Wires) != 1:
         return False
+    if any(abs(a - b) > 1e-9 for a, b in zip(face.ParameterRange, face.Surface.bounds())):
+        return False
+    # Areas are integrated to 1e-5 or so, differently where sides consist of several edges.
     whole = face.Surface.toShape()
-    return abs(face.Area - whole.Area) <= 1e-6 * whole.Area
+    return abs(face.Area - whole.Area) <= 1e-4 * whole.Area
 
 
 def edge_uses(shape):
