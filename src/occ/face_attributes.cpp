@@ -27,6 +27,7 @@
 #include <XSControl_TransferReader.hxx>
 #include <XSControl_TransferWriter.hxx>
 #include <XSControl_WorkSession.hxx>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -144,7 +145,7 @@ std::string iges_name(const IGESData_IGESEntity& entity) {
     if (!entity.HasShortLabel()) return {};
     std::string name = trimmed(entity.ShortLabel());
     if (!name.empty() && entity.HasSubScriptNumber())
-        name += "(" + std::to_string(entity.SubScriptNumber()) + ")";
+        name += fmt::format("({})", entity.SubScriptNumber());
     return name;
 }
 
