@@ -72,22 +72,17 @@ class Bounding {
 
     [[nodiscard]] double bound(const Piece& piece) const {
         const auto& [a, b, c] = piece.corner;
-        const FaceSurface& surface = from_.surfaces[std::size_t(piece.face)];
-        double here = 0.0, there = 0.0;
+        double largest = std::max({a.distance, b.distance, c.distance}), uneven = 0.0;
         constexpr double half = 0.5, third = 1.0 / 3.0;
         for (const Vec3& w : {Vec3(half, half, 0), Vec3(0, half, half), Vec3(half, 0, half),
                               Vec3(third, third, third)}) {
-            const Vec2 uv = w[0] * a.uv + w[1] * b.uv + w[2] * c.uv;
-            const Vec3 on_chord = w[0] * a.point + w[1] * b.point + w[2] * c.point;
-            here = std::max(here, (surface.at(uv) - on_chord).norm());
-            const Vec3 between = w[0] * a.foot + w[1] * b.foot + w[2] * c.foot;
-            // The feet themselves bound how far the nearest point can be.
-            const double near = std::min(
-                {(between - a.foot).norm(), (between - b.foot).norm(), (between - c.foot).norm()});
-            there = std::max(there, nearest_point(to_, between, near).distance);
+            const Corner inner = corner(piece.face, w[0] * a.uv + w[1] * b.uv + w[2] * c.uv);
+            const Vec3 between =
+                w[0] * (a.point - a.foot) + w[1] * (b.point - b.foot) + w[2] * (c.point - c.foot);
+            largest = std::max(largest, inner.distance);
+            uneven = std::max(uneven, (inner.point - inner.foot - between).norm());
         }
-        const double corners = std::max({a.distance, b.distance, c.distance});
-        return corners + safety * (here + there) + piece.beside;
+        return largest + safety * uneven + piece.beside;
     }
 
     const SearchModel& from_;

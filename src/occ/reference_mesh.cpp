@@ -50,7 +50,7 @@ using SideMap = std::map<std::pair<int, int>, std::size_t>;
 // v).
 double sickle_width(const FaceSurface& surface, const Vec2& a, const Vec2& b,
                     const Handle(Geom_Curve) & curve, double t0, double t1) {
-    constexpr int pieces = 4;
+    constexpr int pieces = 16;
     std::array<Vec3, pieces + 1> on_chord;
     for (int i = 0; i <= pieces; ++i)
         on_chord[std::size_t(i)] = surface.at(a + (b - a) * i / pieces);
