@@ -50,6 +50,8 @@ class Axis {
         // A coarse map from the parameter to the span, for surfaces of many spans.
         const std::size_t count = 2 * breaks_.size();
         buckets_per_unit_ = double(count) / (breaks_.back() - breaks_.front());
+        for (std::size_t i = 0; i + 1 < breaks_.size(); ++i)
+            scale_.push_back(2.0 / (breaks_[i + 1] - breaks_[i]));
         std::size_t span = 0;
         for (std::size_t b = 0; b < count; ++b) {
             const double t = breaks_.front() + double(b) / buckets_per_unit_;
@@ -70,13 +72,12 @@ class Axis {
         const auto last = double(first_.size() - 1);
         auto span = std::size_t(first_[std::size_t(std::clamp(bucket, 0.0, last))]);
         while (span + 2 < breaks_.size() && breaks_[span + 1] <= t) ++span;
-        const double a = breaks_[span], b = breaks_[span + 1];
-        const double scale = 2.0 / (b - a);
-        return {int(span), (t - a) * scale - 1.0, scale};
+        const double scale = scale_[span];
+        return {int(span), (t - breaks_[span]) * scale - 1.0, scale};
     }
 
   private:
-    std::vector<double> breaks_;
+    std::vector<double> breaks_, scale_;
     double period_, buckets_per_unit_;
     std::vector<int> first_;
 };

@@ -270,6 +270,11 @@ class RealFiles(CliTest):
         self.assertEqual(report["input"]["faces"], 6)
         self.assertEqual(report["details"]["free_curves"], 1)
 
+    def test_a_size_that_looks_wrong_draws_a_note(self):
+        blade = self.file("iea15_blade.stp")  # 117 m, marked mm
+        self.assertIn("0.117 m across", run("inspect", blade).stderr)
+        self.assertNotIn("across", run("inspect", blade, "--input-unit", "m").stderr)
+
     def test_an_inspection_tells_details(self):
         report = json.loads(run("inspect", self.file("nosecone_sw.step"), "--json", "-").stdout)
         details = report["details"]

@@ -1,3 +1,4 @@
+#include "occ/odd_shapes.h"
 #include "occ/shapes.h"
 
 #include <patchwright/base/error.h>
@@ -78,74 +79,6 @@ void check_against_kernel(const TopoDS_Shape& shape, int count, unsigned seed) {
         CHECK(test::kernel_distance(faces, foot.point) <= 2e-7 + 1e-9 * size);
         CHECK((foot.point - p).norm() == Approx(foot.distance).margin(1e-12 * size));
     }
-}
-
-TopoDS_Shape horn() {
-    // A B-spline patch that is pointed at both ends of v, one of them a proper cusp-like tip.
-    TColgp_Array2OfPnt poles(1, 4, 1, 4);
-    for (int i = 1; i <= 4; ++i) {
-        for (int j = 1; j <= 4; ++j) {
-            const double angle = M_PI * (i - 1) / 3, width = j == 1 || j == 4 ? 0.0 : 4.0 + j;
-            poles(i, j) = gp_Pnt(width * std::cos(angle), width * std::sin(angle),
-                                 10.0 * (j - 1) + 0.5 * width);
-        }
-    }
-    TColStd_Array1OfReal knots(1, 2);
-    knots(1) = 0;
-    knots(2) = 1;
-    TColStd_Array1OfInteger multiplicities(1, 2);
-    multiplicities.Init(4);
-    return BRepBuilderAPI_MakeFace(
-               new Geom_BSplineSurface(poles, knots, knots, multiplicities, multiplicities, 3, 3),
-               1e-7)
-        .Face();
-}
-
-TopoDS_Shape kinked_strip() {
-    // One face whose surface has a ridge: linear in u with an inner knot.
-    TColgp_Array2OfPnt poles(1, 3, 1, 3);
-    for (int j = 1; j <= 3; ++j) {
-        for (int i = 1; i <= 3; ++i)
-            poles.SetValue(i, j, gp_Pnt(10 * (i - 2), 20 * j, i == 2 ? 5 : 0));
-    }
-    TColStd_Array1OfReal knots(1, 3);
-    for (int i = 1; i <= 3; ++i) knots(i) = i;
-    TColStd_Array1OfInteger multiplicities(1, 3);
-    multiplicities.Init(2);
-    multiplicities(2) = 1;
-    return BRepBuilderAPI_MakeFace(
-               new Geom_BSplineSurface(poles, knots, knots, multiplicities, multiplicities, 1, 1),
-               1e-7)
-        .Face();
-}
-
-/// A strip that bends by `angle` within a knot span of 1/500 of its length and is plain elsewhere.
-Handle(Geom_BSplineSurface) bent_strip(double angle) {
-    const std::vector<double> along{-50, -34, -17, -0.1, 0.1, 17, 34, 50};
-    TColgp_Array2OfPnt poles(1, 8, 1, 4);
-    for (int i = 1; i <= 8; ++i) {
-        const double s = along[std::size_t(i) - 1];
-        for (int j = 1; j <= 4; ++j) {
-            poles.SetValue(
-                i, j, gp_Pnt(s * std::cos(angle / 2), 20.0 * j, std::abs(s) * std::sin(angle / 2)));
-        }
-    }
-    TColStd_Array1OfReal u(1, 4), v(1, 2);
-    u(1) = v(1) = 0;
-    u(2) = 0.499;
-    u(3) = 0.501;
-    u(4) = v(2) = 1;
-    TColStd_Array1OfInteger mu(1, 4), mv(1, 2);
-    mu(1) = mu(4) = mv(1) = mv(2) = 4;
-    mu(2) = mu(3) = 2;
-    return new Geom_BSplineSurface(poles, u, v, mu, mv, 3, 3);
-}
-
-TopoDS_Shape wedge(double length, double half_thickness) {
-    BRepBuilderAPI_MakePolygon triangle(gp_Pnt(0, -half_thickness, 0), gp_Pnt(0, half_thickness, 0),
-                                        gp_Pnt(length, 0, 0), Standard_True);
-    const TopoDS_Face face = BRepBuilderAPI_MakeFace(triangle.Wire());
-    return BRepPrimAPI_MakePrism(face, gp_Vec(0, 0, 50)).Shape();
 }
 
 }  // namespace
@@ -230,7 +163,7 @@ TEST_CASE("foot points agree with the kernel's extrema on trimmed faces", "[occ]
     SECTION("cone, apex included") {
         check_against_kernel(BRepPrimAPI_MakeCone(5.0, 0.0, 12.0).Shape(), 160, 50);
     }
-    SECTION("patch with two degenerate sides") { check_against_kernel(horn(), 100, 60); }
+    SECTION("patch with two degenerate sides") { check_against_kernel(test::horn(), 100, 60); }
     SECTION("filleted box") {
         const TopoDS_Shape box = BRepPrimAPI_MakeBox(10.0, 20.0, 30.0).Shape();
         BRepFilletAPI_MakeFillet rounded(box);
@@ -249,7 +182,7 @@ TEST_CASE("foot points agree with the kernel's extrema on trimmed faces", "[occ]
 }
 
 TEST_CASE("the nearest point of a ridge inside a face is on the ridge", "[occ][oracle]") {
-    const CadReference reference = reference_of(kinked_strip());
+    const CadReference reference = reference_of(test::kinked_strip());
     const FootPoint above = reference.foot_point(Vec3(0.2, 30, 8));
     CHECK((above.point - Vec3(0, 30, 5)).norm() < 1e-7);
     const Vec3 slope = Vec3(10, 0, -5).normalized();
@@ -259,7 +192,7 @@ TEST_CASE("the nearest point of a ridge inside a face is on the ridge", "[occ][o
 }
 
 TEST_CASE("a bend much shorter than the triangles hides no nearer point", "[occ][oracle]") {
-    const Handle(Geom_BSplineSurface) surface = bent_strip(0.25);
+    const Handle(Geom_BSplineSurface) surface = test::bent_strip(0.25);
     const CadReference reference = reference_of(BRepBuilderAPI_MakeFace(surface, 1e-7).Face());
     for (int i = 0; i < 60; ++i) {
         // In the hollow of the bend, where both sides and the bend itself are about equally near.
@@ -310,7 +243,7 @@ TEST_CASE("the asked-for side of a thin plate wins over the nearer one", "[occ][
 }
 
 TEST_CASE("the asked-for side of a thin wedge", "[occ][oracle]") {
-    const CadReference reference = reference_of(wedge(100.0, 2.0));
+    const CadReference reference = reference_of(test::wedge(100.0, 2.0));
     const Vec3 up = Vec3(2, 100, 0).normalized(), down = Vec3(2, -100, 0).normalized();
     const Vec3 on_top = Vec3(90, 0.2, 25);
     const FootPoint top = reference.foot_point(Vec3(90, -0.15, 25), up);

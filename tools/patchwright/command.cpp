@@ -169,6 +169,15 @@ Input read_input(Run& run, const std::string& file, const std::string& input_uni
     const occ::ReadResult result = occ::read_cad(file, options);
     for (const std::string& text : result.report.notices) run.notice(text);
     Input input{result.model, solid_figures(file, result.model), result.report};
+    // Blades and wings are not that small or large, but files whose unit is wrong are.
+    constexpr double small_mm = 300.0, large_mm = 300e3;
+    const double diagonal = input.figures.bounds.diagonal();
+    if (input_unit.empty() && (diagonal < small_mm || diagonal > large_mm)) {
+        run.notice(
+            fmt::format("{}: the model is {:.3g} m across by its unit, {}; if that is wrong, "
+                        "see --input-unit",
+                        file, 1e-3 * diagonal, base::short_name(result.report.unit)));
+    }
     constexpr const char* formats[] = {"STEP", "IGES", "BREP"};
     run.report.unit = result.report.unit;
     run.report.input =
