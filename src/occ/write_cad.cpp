@@ -27,6 +27,7 @@
 #include <StepData_StepModel.hxx>
 #include <StepData_StepWriter.hxx>
 #include <TCollection_HAsciiString.hxx>
+#include <XSControl_WorkSession.hxx>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
