@@ -52,6 +52,7 @@ void check(const FitOptions& o) {
     require(o.max_levels >= 0, "max_levels must not be negative");
     require(o.max_projections >= 0, "max_projections must not be negative");
     require(o.samples_per_edge >= 2, "samples_per_edge must be at least 2");
+    require(o.fairness >= 0.0, "fairness must not be negative");
     require(o.max_cgls_iterations >= 1, "max_cgls_iterations must be positive");
 }
 

@@ -97,12 +97,7 @@ InterpolationResult interpolate_vertices(const mesh::Cage& cage, const geom::Poi
     const mesh::Topology& t = *cage.topology;
     std::vector<subd::Location> places;
     for (const mesh::VertexId v : t.vertices()) {
-        const mesh::CornerId c = t.corner(v);
-        const mesh::FaceId f = t.face(c);
-        const int i = c.value - t.corners(f)[0].value;
-        places.push_back(t.size(f) == 4 ? subd::Location{f, subd::at_end_u(i) ? 1.0 : 0.0,
-                                                         subd::at_end_v(i) ? 1.0 : 0.0, 0}
-                                        : subd::Location{f, 0.0, 0.0, i});
+        places.push_back(subd::corner_location(t, t.corner(v)));
     }
     return interpolate(cage, places, targets, options);
 }

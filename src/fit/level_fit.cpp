@@ -64,17 +64,15 @@ class LevelFit {
         if (!curves_.sites.empty()) {
             match_chains();
             // Crease and boundary curves depend on their own control points only.
-            improve(curve_, curve_free_, 0.0, 0.5 * max_projections(),
+            improve(curve_, curve_free_, 0.0, (options_.max_projections + 1) / 2,
                     [&](const Points& p) { return project_curves(p); });
         }
-        improve(surface_, surface_free_, options_.fairness, max_projections(),
+        improve(surface_, surface_free_, options_.fairness, options_.max_projections,
                 [&](const Points& p) { return project_surface(p); });
         return points_;
     }
 
   private:
-    [[nodiscard]] double max_projections() const { return options_.max_projections; }
-
     void classify_vertices() {
         std::vector<int> sharp_edges(curve_free_.size(), 0);
         for (const EdgeId e : topology_.edges()) {
@@ -137,13 +135,13 @@ class LevelFit {
     /// are fixed. A step that makes the result worse is not taken.
     template <class Project>
     void improve(const subd::LimitOperator& samples, const std::vector<char>& free, double fairness,
-                 double rounds, const Project& project) {
+                 int rounds, const Project& project) {
         Projection now = project(points_);
         double damping = 1e-6;
         double sliding = 0.3;
         int idle = 0;
         for (int round = 0; round < rounds; ++round) {
-            base::report_progress(options_.progress, "fit", round / rounds);
+            base::report_progress(options_.progress, "fit", double(round) / rounds);
             if (now.distances.max < 0.25 * options_.tolerance_mm) return;
             (now.of_curves ? now.weights.along : now.weights.across) = sliding;
             // Bending has fewer samples a face than the surface, and they count alike.

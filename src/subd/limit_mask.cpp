@@ -262,19 +262,16 @@ geom::Vec3 LimitEvaluator::position(const geom::Points& points, const Location& 
     return evaluate(points, at, 0).position;
 }
 
+Location corner_location(const mesh::Topology& topology, mesh::CornerId c) {
+    const mesh::FaceId f = topology.face(c);
+    const int i = c.value - topology.corners(f)[0].value;
+    if (topology.size(f) != 4) return {f, 0.0, 0.0, i};
+    return {f, at_end_u(i) ? 1.0 : 0.0, at_end_v(i) ? 1.0 : 0.0, 0};
+}
+
 geom::Vec3 limit_position(const mesh::Cage& cage, mesh::VertexId v) {
     const mesh::Topology& t = *cage.topology;
-    const mesh::CornerId c = t.corner(v);
-    const mesh::FaceId f = t.face(c);
-    const int i = c.value - t.corners(f)[0].value;
-    Location at{f, 0.0, 0.0, 0};
-    if (t.size(f) == 4) {
-        at.u = i == 1 || i == 2 ? 1.0 : 0.0;
-        at.v = i >= 2 ? 1.0 : 0.0;
-    } else {
-        at.sector = i;
-    }
-    return LimitEvaluator(cage.topology).position(cage.points, at);
+    return LimitEvaluator(cage.topology).position(cage.points, corner_location(t, t.corner(v)));
 }
 
 }  // namespace patchwright::subd

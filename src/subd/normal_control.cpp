@@ -67,14 +67,6 @@ Eigen::MatrixXd sector_matrix(int faces, double angle, bool corner) {
     return matrix;
 }
 
-/// A place at the tagged vertex from which its tangent plane is seen.
-Location location_of(const Topology& t, CornerId c) {
-    const mesh::FaceId f = t.face(c);
-    const int i = c.value - t.corners(f)[0].value;
-    if (t.size(f) != 4) return {f, 0.0, 0.0, i};
-    return {f, at_end_u(i) ? 1.0 : 0.0, at_end_v(i) ? 1.0 : 0.0, 0};
-}
-
 class NormalControl {
   public:
     explicit NormalControl(const mesh::Cage& cage)
@@ -86,7 +78,8 @@ class NormalControl {
         Eigen::MatrixXd growing(0, points_.rows());  // masks that must stay zero
         if (tag.angle > 0.0) growing = take_out_growth(tag, mesh::sector_corners(topology_, c));
         const Eigen::Vector3d normal(tag.normal[0], tag.normal[1], tag.normal[2]);
-        if (normal.norm() > 0.0) turn(tag, location_of(topology_, c), normal.normalized(), growing);
+        if (normal.norm() > 0.0)
+            turn(tag, corner_location(topology_, c), normal.normalized(), growing);
     }
 
     geom::Points points() && { return std::move(points_); }

@@ -18,13 +18,17 @@ struct FitOptions {
     /// what is left then is a feature that the cage lacks. Smooth regions gain a factor of four to
     /// sixteen.
     double least_gain = 0.6;
-    int max_projections = 30;  ///< project-and-solve rounds on one level
+    int max_projections =
+        30;  ///< project-and-solve rounds on one level; half as many on its curves
     int samples_per_edge = 4;  ///< a face has this squared, a crease edge this many samples; >= 2
     int max_cgls_iterations = 300;
-    /// Factor of the bending energy in the first step of a level; each step has a fifth of it.
+    /// Factor of the bending energy in the first step of a level, >= 0; after every step that is
+    /// taken it is a fifth of what it was.
     double fairness = 1e-2;
-    /// Features farther from a crease or corner than this fraction of the reference's diagonal are
-    /// not its own; the crease is then fitted like the surface.
+    /// A chain of crease or boundary edges belongs to the features of its kind when its mean
+    /// distance from them is at most this fraction of the reference's diagonal, or a tenth of its
+    /// own length; else it is fitted like the surface. Corners farther from a feature corner than
+    /// this fraction are not put there.
     double feature_reach_rel = 0.05;
     base::Progress progress;
 };
@@ -50,8 +54,10 @@ struct FitResult {
 /// Moves the control points so that the limit surface lies on the reference: samples inside the
 /// faces go to their foot points (on the side their own normal faces), samples of infinitely sharp
 /// creases to the nearest sharp feature, of boundaries to the nearest free one, corners to the
-/// nearest feature corner. Crease and boundary control points are solved first, for their own
-/// curves, and then held. Pinned control points do not move. Missing the tolerance is an answer:
+/// nearest feature corner. Steps minimise distances along normals (tangent distance) and bending;
+/// one that makes things worse is not taken. Crease and boundary control points are solved first,
+/// for their own curves, and then held. Pinned control points do not move. Points at tagged sectors
+/// are settled after each level (see subd::control_normals). Missing the tolerance is an answer:
 /// see FitResult::met.
 /// @throw InvalidArgument when an option is out of range
 /// @throw Cancelled when the progress callback says so

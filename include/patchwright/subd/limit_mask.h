@@ -19,6 +19,9 @@ struct Location {
     int sector = 0;  ///< 0 for quads
 };
 
+/// The place of a face's corner.
+Location corner_location(const mesh::Topology& topology, mesh::CornerId c);
+
 /// What exists at a point of the limit surface.
 enum class Smoothness {
     Derivatives,   ///< first and second derivatives
