@@ -90,6 +90,11 @@ std::optional<double> corner_angle(const Eigen::Matrix<double, Eigen::Dynamic, 3
     return angle;
 }
 
+/// Whether another fan lies between the same two sharp edges; angles of both add up to a circle.
+bool has_opposite(const Topology& t, const Fan& fan) {
+    return !t.is_boundary(fan.vertex) && fans_around(t, fan.vertex).size() == 2;
+}
+
 Piece in_face(Piece piece, int corner, double size) {
     piece.u0 *= size;
     piece.v0 *= size;
@@ -173,8 +178,7 @@ Points CapBuilder::limit_points(const Sector& sector, Samples samples) {
     return masks * sector.local;
 }
 
-std::vector<CapSurface::Foot> CapBuilder::feet(const Cap& cap, const std::vector<Sector>& sectors,
-                                               Samples samples) {
+CapSurface CapBuilder::surface_of(const Cap& cap, const std::vector<Sector>& sectors) {
     std::vector<std::vector<Piece>> pieces = cap.pieces;
     for (std::size_t s = 0; s < sectors.size(); ++s) {
         for (Piece& piece : pieces[s]) {
@@ -184,7 +188,12 @@ std::vector<CapSurface::Foot> CapBuilder::feet(const Cap& cap, const std::vector
             piece.size = std::ldexp(piece.size, cap.hole);
         }
     }
-    const CapSurface surface(std::move(pieces), cap.fan.is_closed());
+    return {std::move(pieces), cap.fan.is_closed()};
+}
+
+std::vector<CapSurface::Foot> CapBuilder::feet(const Cap& cap, const std::vector<Sector>& sectors,
+                                               Samples samples) {
+    const CapSurface surface = surface_of(cap, sectors);
     const std::span<const double> shares = shares_of(samples);
     std::vector<CapSurface::Foot> feet;
     for (std::size_t s = 0; s < sectors.size(); ++s) {
@@ -232,7 +241,7 @@ bool CapBuilder::fill_smoothly(const std::vector<Sector>& sectors, Cap& cap,
         if (!angle) return false;
         corner = std::make_unique<CapSolver>(kind, n, *angle);
     }
-    const CapSolver& solver = corner ? *corner : solver_of(kind, n);
+    const CapSolver* solver = corner ? corner.get() : &solver_of(kind, n);
     cap.is_split = true;
     cap.is_c1_outside = kind == FanKind::Ring && n % 2 == 0;
     const auto take = [&](const CapSolver::Net& solved) {
@@ -240,7 +249,24 @@ bool CapBuilder::fill_smoothly(const std::vector<Sector>& sectors, Cap& cap,
         cap.report.distance_mm = distance(cap, sectors);
         return cap.report.distance_mm <= tolerance_mm_;
     };
-    if (take(solver.solve(net))) return true;
+    const auto is_folded = [&] { return surface_of(cap, sectors).is_folded(); };
+    bool near = take(solver->solve(net));
+    if (corner && !has_opposite(*cage_.topology, cap.fan) && is_folded()) {
+        // Whether a corner is convex is hard to tell where the surface between its sharp edges
+        // stands upright on their plane.
+        const Cap first = cap;
+        auto other = std::make_unique<CapSolver>(kind, n, 2.0 * M_PI / n - corner->angle());
+        const bool other_near = take(other->solve(net));
+        if (is_folded()) {
+            cap = first;
+        } else {
+            near = other_near;
+            corner = std::move(other);
+            solver = corner.get();
+        }
+    }
+    if (near) return true;
+    const bool folded = is_folded();
     Cap best = cap;
     for (const double weight : weights_of_bending) {
         for (int round = 0; round < fit_rounds; ++round) {
@@ -248,7 +274,9 @@ bool CapBuilder::fill_smoothly(const std::vector<Sector>& sectors, Cap& cap,
             for (const CapSurface::Foot& foot : feet(cap, sectors, Samples::Fit)) {
                 targets.push_back(foot.place);
             }
-            if (take(solver.fit(net, targets, weight))) return true;
+            const bool fitted = take(solver->fit(net, targets, weight));
+            if (!folded && is_folded()) break;  // going on from its feet makes that worse
+            if (fitted) return true;
             if (cap.report.distance_mm < best.report.distance_mm) best = cap;
         }
     }

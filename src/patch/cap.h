@@ -58,6 +58,8 @@ class CapBuilder {
     static void set_pieces(const CapSolver::Net& net, const std::vector<Sector>& sectors, Cap& cap);
     static void fill_by_limit(const std::vector<Sector>& sectors, Cap& cap);
     [[nodiscard]] double distance(const Cap& cap, const std::vector<Sector>& sectors);
+    /// Its pieces seen from the vertex, in shares of the cap's size.
+    static CapSurface surface_of(const Cap& cap, const std::vector<Sector>& sectors);
     [[nodiscard]] std::vector<CapSurface::Foot> feet(const Cap& cap,
                                                      const std::vector<Sector>& sectors,
                                                      Samples samples);

@@ -209,6 +209,8 @@ CapSolver::CapSolver(FanKind kind, int size, double angle)
 
 CapSolver::~CapSolver() = default;
 
+double CapSolver::angle() const { return plan_->angle; }
+
 CapSolver::Net CapSolver::fit(const Net& points, const std::vector<Target>& targets,
                               double weight) const {
     const Plan& plan = *plan_;

@@ -35,6 +35,9 @@ class CapSolver {
     CapSolver(FanKind kind, int size, double angle = 0.0);
     ~CapSolver();
 
+    /// Between neighbouring edges at the vertex, in an affine image of the fan.
+    [[nodiscard]] double angle() const;
+
     /// @param points  49 size x 3; the vertex, the outer points, and for creases and corners the
     ///                points (1, 0), (2, 0) and (0, 1), (0, 2) on the two sharp edges are read
     [[nodiscard]] Net solve(const Net& points) const;

@@ -112,6 +112,39 @@ TEST_CASE("tangent planes agree at corners, convex and reflex", "[patch][oracle]
     }
 }
 
+TEST_CASE("corner caps do not fold where the surface stands upright on their edges",
+          "[patch][oracle]") {
+    // Sharp edges 156 degrees apart, with the smooth one between them nearly at right angles to
+    // both: on which side of their plane it leans says little about which side the surface takes.
+    mesh::TopologyInput tags;
+    tags.corners.push_back({0, mesh::infinite_sharpness});
+    const double opening = 156.0 * degree;
+    const Vec3 last(std::cos(opening), std::sin(opening), 0);
+    for (const double lean : {-0.1, -0.03, 0.03, 0.1}) {
+        CAPTURE(lean);
+        const Vec3 middle(0, lean, 1);
+        const mesh::Cage cage = test::make_cage(
+            {Vec3::Zero(), Vec3(1, 0, 0), middle + Vec3(1, 0, 0), middle, middle + last, last},
+            {{0, 1, 2, 3}, {0, 3, 4, 5}}, tags);
+        const auto extraction = patch::extract(cage, {.covering = patch::Covering::Faces});
+        CHECK(cap_at(extraction, 0).smooth);
+        CHECK(largest_kink(extraction.patches) < rounding);
+        const double size = std::ldexp(1.0, 1 - cap_at(extraction, 0).depth);
+        std::vector<Vec3> normals;
+        for (const auto& patch : extraction.patches.patches) {
+            for (double u = 0.05; u < 1.0; u += 0.1) {
+                for (double v = 0.05; v < 1.0; v += 0.1) {
+                    const auto at = patch.surface.at(u * size, v * size);
+                    normals.push_back(at.du.cross(at.dv).normalized());
+                }
+            }
+        }
+        Vec3 sum = Vec3::Zero();
+        for (const Vec3& normal : normals) sum += normal;
+        for (const Vec3& normal : normals) CHECK(normal.dot(sum) > 0.0);
+    }
+}
+
 TEST_CASE("tangent planes agree beside creases, at darts and at corners of creases",
           "[patch][oracle]") {
     const std::vector<std::pair<int, std::vector<int>>> cases{
