@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace patchwright::occ {
 
@@ -53,6 +54,18 @@ void add_uses(EdgeNetwork& network, const EdgeIndex& index, const TopoDS_Face& f
     }
 }
 
+/// How far from flat the two faces beside the edge are at `t`; empty where one has no normal.
+/// @pre the edge has two uses
+std::optional<double> dihedral(const ModelEdge& edge, double t,
+                               const std::vector<FaceSurface>& surfaces) {
+    const Vec3 a = normal_beside(edge, edge.uses[0], t, surfaces);
+    Vec3 b = normal_beside(edge, edge.uses[1], t, surfaces);
+    // Faces of opposite orientation run along the edge in the same direction.
+    if (edge.uses[0].reversed == edge.uses[1].reversed) b = -b;
+    if (a.isZero(0.0) || b.isZero(0.0)) return std::nullopt;
+    return angle_between(a, b);
+}
+
 void classify(ModelEdge& edge, const std::vector<FaceSurface>& surfaces, double sharp_angle_rad) {
     edge.kind = edge.uses.size() < 2   ? EdgeKind::Free
                 : edge.uses.size() > 2 ? EdgeKind::Sharp
@@ -62,17 +75,79 @@ void classify(ModelEdge& edge, const std::vector<FaceSurface>& surfaces, double 
     std::vector<double> angles;
     for (int i = 0; i < samples; ++i) {
         const double t = edge.first + (edge.last - edge.first) * (i + 0.5) / samples;
-        const Vec3 a = normal_beside(edge, edge.uses[0], t, surfaces);
-        Vec3 b = normal_beside(edge, edge.uses[1], t, surfaces);
-        // Faces of opposite orientation run along the edge in the same direction.
-        if (edge.uses[0].reversed == edge.uses[1].reversed) b = -b;
-        if (!a.isZero(0.0) && !b.isZero(0.0)) angles.push_back(angle_between(a, b));
+        if (const auto angle = dihedral(edge, t, surfaces)) angles.push_back(*angle);
     }
     if (angles.empty()) return;
     std::sort(angles.begin(), angles.end());
     edge.least_angle = angles.front();
     edge.greatest_angle = angles.back();
     if (angles[angles.size() / 2] > sharp_angle_rad) edge.kind = EdgeKind::Sharp;
+}
+
+/// Where along an edge of two faces sharp turns to smooth or back, rising. Runs shorter than an
+/// eighth of the edge do not count, nor do edges that change more than twice: their angle is about
+/// the limit all along.
+std::vector<double> sharpness_changes(const ModelEdge& edge,
+                                      const std::vector<FaceSurface>& surfaces,
+                                      double sharp_angle_rad) {
+    constexpr int samples = 33, shortest_run = 4, bisections = 30;
+    if (edge.uses.size() != 2) return {};
+    const auto parameter = [&](double k) {
+        return edge.first + (edge.last - edge.first) * (k + 0.5) / samples;
+    };
+    const auto is_sharp = [&](double t) {
+        const auto angle = dihedral(edge, t, surfaces);
+        return angle && *angle > sharp_angle_rad;
+    };
+    std::vector<double> changes;
+    bool sharp = is_sharp(parameter(0));
+    for (int k = 1, run = 1; k < samples; ++k, ++run) {
+        if (is_sharp(parameter(k)) == sharp) continue;
+        if (run < shortest_run || samples - k < shortest_run) return {};
+        double before = parameter(k - 1), after = parameter(k);
+        for (int step = 0; step < bisections; ++step) {
+            const double middle = 0.5 * (before + after);
+            (is_sharp(middle) == sharp ? before : after) = middle;
+        }
+        changes.push_back(after);
+        sharp = !sharp;
+        run = 0;
+    }
+    return changes.size() <= 2 ? changes : std::vector<double>{};
+}
+
+/// Edges that are sharp on part of their length become several, with vertices between them.
+void split_by_sharpness(EdgeNetwork& network, const std::vector<FaceSurface>& surfaces,
+                        double sharp_angle_rad) {
+    std::vector<ModelEdge> split;
+    for (const ModelEdge& edge : network.edges) {
+        std::vector<double> ends = sharpness_changes(edge, surfaces, sharp_angle_rad);
+        ends.push_back(edge.last);
+        double start = edge.first;
+        int start_vertex = edge.start;
+        for (const double end : ends) {
+            ModelEdge part = edge;
+            part.first = start;
+            part.last = end;
+            part.start = start_vertex;
+            if (end != edge.last) {
+                part.end = int(network.vertices.size());
+                network.vertices.push_back(edge.at(end));
+            }
+            const auto share = [&](double t) {
+                return (t - edge.first) / (edge.last - edge.first);
+            };
+            for (EdgeUse& use : part.uses) {
+                const double length = use.last - use.first, first = use.first;
+                use.first = first + share(start) * length;
+                use.last = first + share(end) * length;
+            }
+            split.push_back(std::move(part));
+            start = end;
+            start_vertex = split.back().end;
+        }
+    }
+    network.edges = std::move(split);
 }
 
 /// What features leave a vertex, and in which directions.
@@ -182,9 +257,12 @@ EdgeNetwork collect_edges(const TopoDS_Shape& shape, const std::vector<TopoDS_Fa
     }
     for (std::size_t i = 0; i < faces.size(); ++i) add_uses(network, index, faces[i], int(i));
     std::erase_if(network.edges, [](const ModelEdge& edge) { return edge.uses.empty(); });
+    split_by_sharpness(network, surfaces, sharp_angle_rad);
     for (ModelEdge& edge : network.edges) classify(edge, surfaces, sharp_angle_rad);
     network.sharp_angle_rad = sharp_angle_rad;
-    network.corners = find_corners(network, find_apexes(index, faces, surfaces));
+    std::vector<char> apex = find_apexes(index, faces, surfaces);
+    apex.resize(network.vertices.size(), 0);
+    network.corners = find_corners(network, apex);
     return network;
 }
 

@@ -61,7 +61,8 @@ struct EdgeNetwork {
     double sharp_angle_rad = 0.0;        ///< as given
 };
 
-/// Edges are sharp when most of their normals on both sides differ by more than `sharp_angle_rad`.
+/// Edges are sharp when most of their normals on both sides differ by more than `sharp_angle_rad`;
+/// those that are so on a good part of their length only are cut where that begins and ends.
 /// @param faces, surfaces  the model's faces and what is under them, in the same order
 EdgeNetwork collect_edges(const TopoDS_Shape& shape, const std::vector<TopoDS_Face>& faces,
                           const std::vector<FaceSurface>& surfaces, double sharp_angle_rad);

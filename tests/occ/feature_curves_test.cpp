@@ -4,9 +4,12 @@
 
 #include <BRepBuilderAPI_MakeEdge.hxx>
 #include <BRepBuilderAPI_MakeFace.hxx>
+#include <BRepBuilderAPI_Sewing.hxx>
 #include <BRepPrimAPI_MakeCone.hxx>
 #include <GC_MakeArcOfCircle.hxx>
+#include <Geom_BezierSurface.hxx>
 #include <Geom_TrimmedCurve.hxx>
+#include <TColgp_Array2OfPnt.hxx>
 #include <TopoDS_Face.hxx>
 #include <catch2/catch.hpp>
 #include <gp_Circ.hxx>
@@ -71,6 +74,38 @@ TEST_CASE("feature curves of a box run from corner to corner", "[occ][features][
     CHECK(std::abs(hit->tangent.y()) == Approx(1.0));
     const FeaturePoint same = reference.point_on_curve(hit->feature, hit->arc_length);
     CHECK((same.point - Vec3(0, 7, 0)).norm() < 1e-9);
+}
+
+TEST_CASE("an edge that is sharp on part of its length is cut there", "[occ][features][oracle]") {
+    // A flat strip beside z = x y, which leaves it at the angle atan(x).
+    TColgp_Array2OfPnt flat(1, 2, 1, 2), twisted(1, 2, 1, 2);
+    for (int i = 0; i < 2; ++i) {
+        for (int j = 0; j < 2; ++j) {
+            flat.SetValue(i + 1, j + 1, gp_Pnt(i, j - 1, 0));
+            twisted.SetValue(i + 1, j + 1, gp_Pnt(i, j, i * j));
+        }
+    }
+    BRepBuilderAPI_Sewing sewing(1e-6);
+    for (const auto& poles : {flat, twisted})
+        sewing.Add(BRepBuilderAPI_MakeFace(new Geom_BezierSurface(poles), 1e-7).Shape());
+    sewing.Perform();
+    const CadReference reference = reference_of(sewing.SewedShape());
+    const auto sharp = curves_of_kind(reference, FeatureKind::Sharp);
+    const auto smooth = curves_of_kind(reference, FeatureKind::Smooth);
+    REQUIRE(sharp.size() == 1);
+    REQUIRE(smooth.size() == 1);
+    const geom::Features& features = reference.features();
+    const double change = std::tan(occ::ReferenceOptions{}.sharp_angle_rad);
+    CHECK(features.curves[std::size_t(sharp[0])].length == Approx(1.0 - change).epsilon(1e-6));
+    CHECK(features.curves[std::size_t(smooth[0])].length == Approx(change).epsilon(1e-6));
+    const auto hit = reference.feature_point(Vec3(0.1, 0, 0), FeatureKind::Sharp);
+    REQUIRE(hit.has_value());
+    CHECK((hit->point - Vec3(change, 0, 0)).norm() < 1e-6);
+    const auto ends = std::count_if(
+        features.corners.begin(), features.corners.end(), [&](const geom::FeatureCorner& corner) {
+            return corner.kind == CornerKind::End && (corner.point - hit->point).norm() < 1e-6;
+        });
+    CHECK(ends == 1);
 }
 
 TEST_CASE("a rim of a cylinder is one closed curve", "[occ][features][oracle]") {
