@@ -2,6 +2,7 @@
 
 #include "cad_model_impl.h"
 
+#include <IGESBasic_Name.hxx>
 #include <IGESControl_Reader.hxx>
 #include <IGESControl_Writer.hxx>
 #include <IGESData_IGESModel.hxx>
@@ -124,6 +125,9 @@ void read_step_colours(const Handle(XSControl_WorkSession) & session, FaceAttrib
     }
 }
 
+/// Longer names go into a property of their own.
+constexpr std::size_t iges_label_length = 8;
+
 std::optional<Colour> iges_colour(const IGESData_IGESEntity& entity) {
     // 1 to 8: black, red, green, blue, yellow, magenta, cyan, white; 0: none.
     constexpr std::array<Colour, 8> standard{
@@ -222,8 +226,16 @@ void write_iges_attributes(IGESControl_Writer& writer, const CadModel& model) {
         if (!process->FindTypedTransient(mapper, STANDARD_TYPE(IGESData_IGESEntity), found))
             continue;
         const auto entity = Handle(IGESData_IGESEntity)::DownCast(found);
-        if (f < names.size() && !names[f].empty())
-            entity->SetLabel(new TCollection_HAsciiString(names[f].substr(0, 8).c_str()));
+        if (f < names.size() && !names[f].empty()) {
+            entity->SetLabel(
+                new TCollection_HAsciiString(names[f].substr(0, iges_label_length).c_str()));
+            if (names[f].size() > iges_label_length) {
+                const Handle(IGESBasic_Name) property = new IGESBasic_Name();
+                property->Init(1, new TCollection_HAsciiString(names[f].c_str()));
+                writer.AddEntity(property);
+                entity->AddProperty(property);
+            }
+        }
         if (f >= colours.size() || !colours[f]) continue;
         const Colour& c = *colours[f];
         auto& colour = known[{c.red, c.green, c.blue}];

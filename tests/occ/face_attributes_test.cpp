@@ -27,7 +27,7 @@ CadModel painted(bool loose) {
     auto impl = std::make_shared<CadModel::Impl>();
     impl->shape = BRepPrimAPI_MakeBox(10.0, 20.0, 30.0).Shape();
     if (loose) impl->shape = test::faces_only(impl->shape);
-    impl->face_names = {"root", "", "tip", "upper", "", "lower"};
+    impl->face_names = {"root", "", "tip", "upper skin, third bay", "", "lower"};
     impl->face_colours = {Colour{1, 0, 0}, std::nullopt,        Colour{0.25, 0.5, 0.75},
                           Colour{1, 0, 0}, Colour{0.1, 0.2, 0}, std::nullopt};
     return CadModel(impl);
