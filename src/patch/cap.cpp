@@ -90,9 +90,24 @@ std::optional<double> corner_angle(const Eigen::Matrix<double, Eigen::Dynamic, 3
     return angle;
 }
 
-/// Whether another fan lies between the same two sharp edges; angles of both add up to a circle.
-bool has_opposite(const Topology& t, const Fan& fan) {
-    return !t.is_boundary(fan.vertex) && fans_around(t, fan.vertex).size() == 2;
+/// Whether a surface faces away from most of itself somewhere.
+/// @param grids  a square grid of points per face of a fan, row by row
+bool is_folded(const std::vector<Points>& grids) {
+    std::vector<Eigen::RowVector3d> normals;
+    Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+    for (const Points& grid : grids) {
+        const auto side = static_cast<Eigen::Index>(std::lround(std::sqrt(grid.rows())));
+        for (Eigen::Index i = 0; i + 1 < side; ++i) {
+            for (Eigen::Index k = i * side; k + 1 < (i + 1) * side; ++k) {
+                const Eigen::RowVector3d normal = (grid.row(k + side + 1) - grid.row(k))
+                                                      .cross(grid.row(k + 1) - grid.row(k + side));
+                normals.push_back(normal);
+                sum += normal;
+            }
+        }
+    }
+    return std::any_of(normals.begin(), normals.end(),
+                       [&](const Eigen::RowVector3d& normal) { return !(normal.dot(sum) > 0.0); });
 }
 
 Piece in_face(Piece piece, int corner, double size) {
@@ -208,6 +223,24 @@ std::vector<CapSurface::Foot> CapBuilder::feet(const Cap& cap, const std::vector
     return feet;
 }
 
+bool CapBuilder::folds(const Cap& cap, const std::vector<Sector>& sectors) {
+    const CapSurface surface = surface_of(cap, sectors);
+    const std::span<const double> shares = shares_of(Samples::Check);
+    std::vector<Points> grids;
+    for (std::size_t s = 0; s < sectors.size(); ++s) {
+        Points& grid = grids.emplace_back(Eigen::Index(shares.size() * shares.size()), 3);
+        Eigen::Index row = 0;
+        for (const double u : shares) {
+            for (const double v : shares) grid.row(row++) = surface.position(int(s), u, v);
+        }
+    }
+    if (!is_folded(grids)) return false;
+    for (std::size_t s = 0; s < sectors.size(); ++s) {
+        grids[s] = limit_points(sectors[s], Samples::Check);
+    }
+    return !is_folded(grids);
+}
+
 double CapBuilder::distance(const Cap& cap, const std::vector<Sector>& sectors) {
     double largest = 0.0;
     for (const CapSurface::Foot& foot : feet(cap, sectors, Samples::Check)) {
@@ -249,24 +282,17 @@ bool CapBuilder::fill_smoothly(const std::vector<Sector>& sectors, Cap& cap,
         cap.report.distance_mm = distance(cap, sectors);
         return cap.report.distance_mm <= tolerance_mm_;
     };
-    const auto is_folded = [&] { return surface_of(cap, sectors).is_folded(); };
     bool near = take(solver->solve(net));
-    if (corner && !has_opposite(*cage_.topology, cap.fan) && is_folded()) {
+    if (corner && folds(cap, sectors)) {
         // Whether a corner is convex is hard to tell where the surface between its sharp edges
-        // stands upright on their plane.
-        const Cap first = cap;
-        auto other = std::make_unique<CapSolver>(kind, n, 2.0 * M_PI / n - corner->angle());
-        const bool other_near = take(other->solve(net));
-        if (is_folded()) {
-            cap = first;
-        } else {
-            near = other_near;
-            corner = std::move(other);
-            solver = corner.get();
-        }
+        // stands upright on their plane. Beside other fans it must not change sides.
+        if (fans_around(*cage_.topology, cap.fan.vertex).size() > 1) return false;
+        corner = std::make_unique<CapSolver>(kind, n, 2.0 * M_PI / n - corner->angle());
+        solver = corner.get();
+        near = take(solver->solve(net));
+        if (folds(cap, sectors)) return false;
     }
     if (near) return true;
-    const bool folded = is_folded();
     Cap best = cap;
     for (const double weight : weights_of_bending) {
         for (int round = 0; round < fit_rounds; ++round) {
@@ -275,7 +301,7 @@ bool CapBuilder::fill_smoothly(const std::vector<Sector>& sectors, Cap& cap,
                 targets.push_back(foot.place);
             }
             const bool fitted = take(solver->fit(net, targets, weight));
-            if (!folded && is_folded()) break;  // going on from its feet makes that worse
+            if (folds(cap, sectors)) break;  // going on from its feet makes that worse
             if (fitted) return true;
             if (cap.report.distance_mm < best.report.distance_mm) best = cap;
         }
@@ -306,7 +332,9 @@ void CapBuilder::set_pieces(const CapSolver::Net& net, const std::vector<Sector>
 
 void CapBuilder::fill_by_limit(const std::vector<Sector>& sectors, Cap& cap) {
     cap.hole = cap.report.depth;
+    cap.is_split = cap.is_c1_outside = false;
     for (std::size_t s = 0; s < sectors.size(); ++s) {
+        cap.pieces[s].clear();
         const auto outer = sectors[s].outer_pieces();
         Piece piece{0.0, 0.0, 1.0, Piece::Form::Bezier, {}};
         for (int i = 0; i < 4; ++i) {

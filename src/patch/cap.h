@@ -50,13 +50,15 @@ class CapBuilder {
   private:
     struct Sector;
 
-    /// False when there is no exact solution; `cap` is as it was then. Takes the smoothest solution
+    /// False when there is no exact solution, or only a folded one. Takes the smoothest solution
     /// within the tolerance, else the nearest.
     /// @param corner  the solver of a fan of kind Corner, made by the first call
     [[nodiscard]] bool fill_smoothly(const std::vector<Sector>& sectors, Cap& cap,
                                      std::unique_ptr<CapSolver>& corner);
     static void set_pieces(const CapSolver::Net& net, const std::vector<Sector>& sectors, Cap& cap);
     static void fill_by_limit(const std::vector<Sector>& sectors, Cap& cap);
+    /// Whether the cap faces away from most of itself somewhere, and the limit surface does not.
+    [[nodiscard]] bool folds(const Cap& cap, const std::vector<Sector>& sectors);
     [[nodiscard]] double distance(const Cap& cap, const std::vector<Sector>& sectors);
     /// Its pieces seen from the vertex, in shares of the cap's size.
     static CapSurface surface_of(const Cap& cap, const std::vector<Sector>& sectors);

@@ -40,26 +40,6 @@ CapSurface::Tangent CapSurface::tangent(int face, double u, double v) const {
     return result;
 }
 
-bool CapSurface::is_folded() const {
-    // Normals of small quads; the surface itself may have none at the vertex.
-    constexpr int cells = 8;
-    std::vector<Eigen::RowVector3d> normals;
-    Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
-    for (int face = 0; face < static_cast<int>(pieces_.size()); ++face) {
-        const auto at = [&](int i, int j) {
-            return tangent(face, double(i) / cells, double(j) / cells).position;
-        };
-        for (int i = 0; i < cells; ++i) {
-            for (int j = 0; j < cells; ++j) {
-                normals.push_back((at(i + 1, j + 1) - at(i, j)).cross(at(i, j + 1) - at(i + 1, j)));
-                sum += normals.back();
-            }
-        }
-    }
-    return std::any_of(normals.begin(), normals.end(),
-                       [&](const Eigen::RowVector3d& normal) { return !(normal.dot(sum) > 0.0); });
-}
-
 CapSurface::Foot CapSurface::foot(const Eigen::RowVector3d& point, int face, double u,
                                   double v) const {
     constexpr int most_steps = 12;

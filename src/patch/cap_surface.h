@@ -24,8 +24,9 @@ class CapSurface {
     /// The foot of `point` that iteration from (u, v) of a face leads to, across edges if need be.
     [[nodiscard]] Foot foot(const Eigen::RowVector3d& point, int face, double u, double v) const;
 
-    /// Whether some of the surface faces away from most of it.
-    [[nodiscard]] bool is_folded() const;
+    [[nodiscard]] Eigen::RowVector3d position(int face, double u, double v) const {
+        return tangent(face, u, v).position;
+    }
 
   private:
     struct Tangent {
