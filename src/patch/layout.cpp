@@ -155,6 +155,25 @@ CornerId left_of(const Topology& t, CornerId c) { return t.previous(t.twin(t.pre
 CornerId above(const Topology& t, CornerId c) { return t.twin(t.next(t.next(c))); }
 CornerId below(const Topology& t, CornerId c) { return t.next(t.next(t.twin(c))); }
 
+/// The rectangle around a cell.
+template <class IsBorder>
+Chart collect(const Topology& t, const IsBorder& is_border, CornerId seed) {
+    CornerId origin = seed;
+    while (!is_border(t.previous(origin))) origin = left_of(t, origin);
+    while (!is_border(origin)) origin = below(t, origin);
+    Chart chart;
+    for (CornerId column = origin;; column = right_of(t, column)) {
+        ++chart.columns;
+        for (CornerId c = column;; c = above(t, c)) {
+            chart.cells.push_back(c);
+            if (is_border(t.next(t.next(c)))) break;
+        }
+        if (is_border(t.next(column))) break;
+    }
+    chart.rows = static_cast<int>(chart.cells.size()) / chart.columns;
+    return chart;
+}
+
 /// Gathers the rectangles between borders.
 class Collector {
   public:
@@ -168,7 +187,9 @@ class Collector {
             const CornerId seed = t_.corners(f)[0];
             cut_ring(seed, t_.previous(seed), left_of);
             cut_ring(seed, seed, below);
-            charts.push_back(collect(seed));
+            charts.push_back(collect(
+                t_, [&](CornerId c) { return tracer_.is_border(c); }, seed));
+            for (const CornerId c : charts.back().cells) done_[t_.face(c).index()] = 1;
         }
         return charts;
     }
@@ -192,24 +213,6 @@ class Collector {
         for (int k = 0; k < around / 2; ++k) c = step(t_, c);
         tracer_.lay_line(crossed(seed));
         tracer_.lay_line(crossed(c));
-    }
-
-    Chart collect(CornerId seed) {
-        CornerId origin = seed;
-        while (!tracer_.is_border(t_.previous(origin))) origin = left_of(t_, origin);
-        while (!tracer_.is_border(origin)) origin = below(t_, origin);
-        Chart chart;
-        for (CornerId column = origin;; column = right_of(t_, column)) {
-            ++chart.columns;
-            for (CornerId c = column;; c = above(t_, c)) {
-                chart.cells.push_back(c);
-                done_[t_.face(c).index()] = 1;
-                if (tracer_.is_border(t_.next(t_.next(c)))) break;
-            }
-            if (tracer_.is_border(t_.next(column))) break;
-        }
-        chart.rows = static_cast<int>(chart.cells.size()) / chart.columns;
-        return chart;
     }
 
     const Topology& t_;
@@ -276,6 +279,26 @@ std::vector<CornerId> Chart::side(const Topology& t, int side) const {
         }
     }
     return edges;
+}
+
+std::vector<Chart> rectangles(const Topology& t, const std::vector<char>& is_border) {
+    std::vector<char> done(std::size_t(t.face_count()), 0);
+    std::vector<Chart> charts;
+    for (const FaceId f : t.faces()) {
+        if (done[f.index()] != 0) continue;
+        charts.push_back(collect(
+            t, [&](CornerId c) { return is_border[t.edge(c).index()] != 0; }, t.corners(f)[0]));
+        for (const CornerId c : charts.back().cells) done[t.face(c).index()] = 1;
+    }
+    return charts;
+}
+
+CornerId straight_on(const Topology& t, CornerId c) {
+    const VertexId v = t.vertex(t.next(c));
+    if (t.face_valence(v) != (t.is_boundary(v) ? 2 : 4)) return CornerId{};
+    const CornerId across = t.twin(t.next(c));
+    if (across.valid()) return t.next(across);
+    return CornerId{};
 }
 
 std::vector<Chart> cover(const Topology& t, Covering covering) {

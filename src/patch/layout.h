@@ -32,4 +32,13 @@ struct Chart {
 /// quad mesh partitioning (2008), with saddle connections first.
 std::vector<Chart> cover(const mesh::Topology& t, Covering covering);
 
+/// The rectangles that a set of edges cuts a mesh of quads into, in the order of their first face.
+/// @param is_border  one entry an edge
+/// @pre the regions between borders are rectangles without an irregular vertex inside
+std::vector<Chart> rectangles(const mesh::Topology& t, const std::vector<char>& is_border);
+
+/// The half-edge that goes straight on behind `c`, through four faces or, at a boundary, along it;
+/// sharp or not. Not valid() where there is none.
+mesh::CornerId straight_on(const mesh::Topology& t, mesh::CornerId c);
+
 }  // namespace patchwright::patch

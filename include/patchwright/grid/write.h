@@ -1,0 +1,43 @@
+// Grid files, written block by block: only one block is in memory at a time.
+#pragma once
+
+#include <patchwright/base/progress.h>
+#include <patchwright/base/units.h>
+#include <patchwright/grid/quality.h>
+
+#include <filesystem>
+
+namespace patchwright::grid {
+
+enum class GridFormat {
+    Cgns,    ///< .cgns: HDF5; zones, one-to-one connections, families, units
+    Plot3d,  ///< .xyz, .p3d: multi-block whole grid, double precision, without blanking
+    Vtk      ///< .vtm, with a folder of the same name that holds a .vts file a block; cell quality
+};
+
+/// By extension.
+/// @throw InvalidArgument for an unknown one
+GridFormat grid_format(const std::filesystem::path& file);
+
+struct Plot3dOptions {
+    enum class Form {
+        Binary,   ///< numbers only
+        Fortran,  ///< unformatted records: each between two 32-bit byte counts
+        Ascii
+    };
+    Form form = Form::Binary;
+    bool big_endian = false;
+};
+
+struct WriteOptions {
+    base::LengthUnit unit = base::LengthUnit::Millimetre;  ///< of the numbers in the file
+    Plot3dOptions plot3d;
+    base::Progress progress;
+};
+
+/// Evaluates, measures and writes a grid. The file appears complete or not at all.
+/// @throw OutputError when it cannot be written, Cancelled
+GridQuality write_grid(const BlockSource& grid, const std::filesystem::path& file,
+                       const WriteOptions& options = {});
+
+}  // namespace patchwright::grid

@@ -1,0 +1,94 @@
+#include "grid/writer.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/base/parallel.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <future>
+
+namespace patchwright::grid {
+
+namespace {
+
+/// One block on its way: while it is written the next is evaluated.
+struct Buffer {
+    BlockPoints points;
+    CellFields fields;
+};
+
+void scale(BlockPoints& points, double factor) {
+    if (factor == 1.0) return;
+    for (auto& coordinate : points.coordinates) {
+        base::parallel_for(coordinate.size(), 1 << 16, [&](std::size_t first, std::size_t last) {
+            for (std::size_t n = first; n < last; ++n) coordinate[n] *= factor;
+        });
+    }
+}
+
+}  // namespace
+
+GridFormat grid_format(const std::filesystem::path& file) {
+    std::string extension = file.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (extension == ".cgns") return GridFormat::Cgns;
+    if (extension == ".xyz" || extension == ".p3d") return GridFormat::Plot3d;
+    if (extension == ".vtm") return GridFormat::Vtk;
+    throw base::InvalidArgument(fmt::format(
+        "{}: unknown extension '{}'; use .cgns, .xyz, .p3d or .vtm", file.string(), extension));
+}
+
+GridQuality write_grid(const BlockSource& grid, const std::filesystem::path& file,
+                       const WriteOptions& options) {
+    const GridFormat format = grid_format(file);
+    const auto writer = format == GridFormat::Cgns     ? make_cgns_writer(grid, file, options)
+                        : format == GridFormat::Plot3d ? make_plot3d_writer(grid, file, options)
+                                                       : make_vtk_writer(grid, file, options);
+    const double factor = 1.0 / base::millimetres_per(options.unit);
+    QualityMeter meter(grid);
+    Buffer buffers[2];
+    std::future<void> writing;
+    const int count = grid.block_count();
+    for (int b = 0; b < count; ++b) {
+        base::report_progress(options.progress, "grid", double(b) / count);
+        Buffer& buffer = buffers[b % 2];
+        grid.evaluate(b, buffer.points);
+        meter.add(b, buffer.points, writer->wants_fields() ? &buffer.fields : nullptr);
+        scale(buffer.points, factor);
+        if (writing.valid()) writing.get();
+        writing = std::async(std::launch::async, [&writer, &buffer, b] {
+            writer->write(b, buffer.points, buffer.fields);
+        });
+    }
+    if (writing.valid()) writing.get();
+    writer->finish();
+    return meter.result();
+}
+
+OutputStream::OutputStream(const std::filesystem::path& temporary,
+                           const std::filesystem::path& file)
+    : file_(file), buffer_(1 << 20) {
+    stream_.rdbuf()->pubsetbuf(buffer_.data(), std::streamsize(buffer_.size()));
+    stream_.open(temporary, std::ios::binary);
+    check();
+}
+
+void OutputStream::write(const void* data, std::size_t bytes) {
+    stream_.write(static_cast<const char*>(data), std::streamsize(bytes));
+    check();
+}
+
+void OutputStream::close() {
+    stream_.close();
+    check();
+}
+
+void OutputStream::check() {
+    if (!stream_) {
+        throw base::OutputError(fmt::format("{}: cannot be written: disk full?", file_.string()));
+    }
+}
+
+}  // namespace patchwright::grid
