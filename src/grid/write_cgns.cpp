@@ -91,6 +91,11 @@ class CgnsWriter : public GridWriter {
             int coordinate = 0;
             check(cg_coord_write(handle_, base_, zone, CGNS_ENUMV(RealDouble), names[c],
                                  points.coordinates[c].data(), &coordinate));
+            check(cg_goto(handle_, base_, "Zone_t", zone, "GridCoordinates_t", 1, "DataArray_t",
+                          coordinate, "end"));
+            // Of mass, length, time, temperature and angle.
+            constexpr float exponents[] = {0.0f, 1.0f, 0.0f, 0.0f, 0.0f};
+            check(cg_exponents_write(CGNS_ENUMV(RealSingle), exponents));
         }
         check(cg_goto(handle_, base_, "Zone_t", zone, "end"));
         check(cg_famname_write(family_of(block).c_str()));

@@ -26,6 +26,7 @@ class SectionWriter {
         if (report_.details) details(*report_.details);
         if (report_.deviation) deviation(*report_.deviation);
         if (report_.continuity) continuity(*report_.continuity);
+        if (report_.grid) grid(*report_.grid);
         times();
         return std::move(sections_);
     }
@@ -176,6 +177,42 @@ class SectionWriter {
         row("kink", "{:.3g} degrees at {} over {} smooth edges", c.max_kink_rad * 180.0 / M_PI,
             place(c.kink_at), c.smooth_edges);
         row("creases", "{} edges", c.crease_edges);
+    }
+    void grid(const GridFigures& g) {
+        const grid::GridQuality& q = g.quality;
+        constexpr double degrees = 180.0 / M_PI;
+        sections_.push_back({"Grid", {}});
+        row("file", "{}", g.file);
+        row("size", "{} blocks, {} interfaces, {} points, {} cells", q.blocks, q.interfaces,
+            q.points, q.cells);
+        const auto one = [&](const char* label, const grid::Spread& s, double factor,
+                             const char* unit) {
+            if (s.count == 0) return;
+            row(label, "{:.4g}{} at {}, mean {:.4g}", s.worst * factor, unit, place(s.at),
+                s.mean * factor);
+        };
+        one("smallest angle", q.min_angle, degrees, " degrees");
+        one("skewness", q.skewness, 1.0, "");
+        one("aspect ratio", q.aspect, 1.0, "");
+        one("stretching", q.stretching, 1.0, "");
+        one("off orthogonal", q.orthogonality, degrees, " degrees");
+        one("block edges turn", q.turning, degrees, " degrees");
+        one("  cells jump", q.jump, 1.0, "");
+        if (!q.extraordinary.empty()) {
+            double low = M_PI, high = 0.0, jump = 1.0;
+            for (const grid::VertexQuality& v : q.extraordinary) {
+                low = std::min(low, v.min_angle_rad);
+                high = std::max(high, v.max_angle_rad);
+                jump = std::max(jump, v.size_ratio);
+            }
+            row("extraordinary", "{} vertices, angles {:.4g} to {:.4g} degrees, cells jump {:.4g}",
+                q.extraordinary.size(), low * degrees, high * degrees, jump);
+        }
+        row("folded cells", "{}", q.folded);
+        if (q.scaled_jacobian) {
+            one("scaled Jacobian", *q.scaled_jacobian, 1.0, "");
+            row("negative volumes", "{}", q.negative);
+        }
     }
     void times() {
         if (report_.seconds.empty()) return;

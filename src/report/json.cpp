@@ -11,6 +11,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr double degrees = 180.0 / M_PI;
+
 /// Converts millimetres to the report's unit.
 class Writer {
   public:
@@ -34,6 +36,7 @@ class Writer {
             json["sharp_curves"] = sharp_curves(*report_.deviation);
         }
         if (report_.continuity) json["continuity"] = continuity(*report_.continuity);
+        if (report_.grid) json["grid"] = grid(*report_.grid);
         if (!report_.notices.empty()) json["notices"] = report_.notices;
         double total = 0.0;
         for (const auto& [stage, seconds] : report_.seconds) {
@@ -87,6 +90,41 @@ class Writer {
                               {"seconds", l.seconds}});
         }
         return {{"tolerance", length(f.tolerance)}, {"met", f.met}, {"levels", levels}};
+    }
+    Json spread(const grid::Spread& s, double factor = 1.0) const {
+        return {{"worst", s.worst * factor}, {"mean", s.mean * factor},  {"count", s.count},
+                {"block", s.block},          {"index", {s.i, s.j, s.k}}, {"at", point(s.at)}};
+    }
+    Json grid(const GridFigures& g) const {
+        const grid::GridQuality& q = g.quality;
+        Json vertices = Json::array();
+        for (const grid::VertexQuality& v : q.extraordinary) {
+            vertices.push_back({{"vertex", v.vertex.value},
+                                {"cells", v.cells},
+                                {"min_angle_deg", v.min_angle_rad * degrees},
+                                {"max_angle_deg", v.max_angle_rad * degrees},
+                                {"size_ratio", v.size_ratio},
+                                {"at", point(v.at)}});
+        }
+        Json json{{"file", g.file},
+                  {"blocks", q.blocks},
+                  {"interfaces", q.interfaces},
+                  {"points", q.points},
+                  {"cells", q.cells},
+                  {"folded", q.folded},
+                  {"min_angle_deg", spread(q.min_angle, degrees)},
+                  {"skewness", spread(q.skewness)},
+                  {"aspect_ratio", spread(q.aspect)},
+                  {"stretching", spread(q.stretching)},
+                  {"orthogonality_deg", spread(q.orthogonality, degrees)},
+                  {"turning_deg", spread(q.turning, degrees)},
+                  {"size_jump", spread(q.jump)},
+                  {"extraordinary", vertices}};
+        if (q.scaled_jacobian) {
+            json["scaled_jacobian"] = spread(*q.scaled_jacobian);
+            json["negative_volumes"] = q.negative;
+        }
+        return json;
     }
     Json patches(const PatchFigures& p) const {
         Json caps = Json::array();

@@ -37,6 +37,7 @@ int run(int argc, char** argv) {
     register_export(app, exit_code);
     register_compare(app, exit_code);
     register_inspect(app, exit_code);
+    register_grid(app, exit_code);
     register_eval(app, exit_code);
     register_subdivide(app, exit_code);
     try {

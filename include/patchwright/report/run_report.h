@@ -4,6 +4,7 @@
 #include <patchwright/base/units.h>
 #include <patchwright/fit/deviation.h>
 #include <patchwright/fit/fit.h>
+#include <patchwright/grid/quality.h>
 #include <patchwright/mesh/cage.h>
 #include <patchwright/patch/continuity.h>
 #include <patchwright/patch/extract.h>
@@ -83,6 +84,12 @@ struct DeviationFigures {
     std::optional<fit::Deviation> sharp_output_to_input, sharp_input_to_output;
 };
 
+/// A grid file.
+struct GridFigures {
+    std::string file;
+    grid::GridQuality quality;
+};
+
 /// Sections that do not apply to a run stay empty and are left out of what is written.
 struct RunReport {
     base::LengthUnit unit = base::LengthUnit::Millimetre;  ///< of all lengths as written
@@ -94,6 +101,7 @@ struct RunReport {
     std::optional<DetailFigures> details;
     std::optional<DeviationFigures> deviation;
     std::optional<patch::Continuity> continuity;
+    std::optional<GridFigures> grid;
     std::vector<std::pair<std::string, double>> seconds;  ///< stage, in order; "total" is added
     std::vector<std::string> notices;
     double peak_memory_mb = 0.0;

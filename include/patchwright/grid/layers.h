@@ -1,0 +1,46 @@
+// Volume grids: layers of hexahedra grown off the surface.
+#pragma once
+
+#include <patchwright/base/progress.h>
+#include <patchwright/grid/source.h>
+
+#include <memory>
+
+namespace patchwright::grid {
+
+struct LayerOptions {
+    int cells = 20;             ///< layers
+    double growth = 1.2;        ///< each layer's height over the one below
+    double first_mm = 0.0;      ///< height of the first layer; 0: by the thickness
+    double thickness_mm = 0.0;  ///< of all layers; only where first_mm is 0
+    base::Progress progress;
+};
+
+/// Hexahedra between the surface and fronts that march off it, one a layer: every point goes along
+/// the direction that its cells see best, smoothed with its neighbours' the more the farther the
+/// front has come. Where a cell would get a corner that is not right-handed, the steps around it
+/// are evened out and shortened until none has, so that layers get thinner in tight concave places.
+/// Points of a free border that lies in a plane across the surface stay in that plane.
+/// Source: the direction after Aubry and Loehner, On the 'most normal' normal (2008).
+class LayerGrid : public BlockSource {
+  public:
+    /// @pre the plan outlives this
+    /// @throw InvalidArgument for options out of range, Cancelled
+    LayerGrid(const Plan& plan, const LayerOptions& options);
+    ~LayerGrid() override;
+
+    [[nodiscard]] const Plan& plan() const override { return plan_; }
+    [[nodiscard]] int layers() const override;
+    void evaluate(int block, BlockPoints& points) const override;
+
+    /// Share of the height asked for that the thinnest layer has somewhere; 1 where none was
+    /// shortened.
+    [[nodiscard]] double thinnest() const;
+
+  private:
+    struct State;
+    const Plan& plan_;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace patchwright::grid

@@ -1,0 +1,278 @@
+#include "grid/front.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/base/parallel.h>
+#include <patchwright/grid/layers.h>
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace patchwright::grid {
+
+namespace {
+
+using geom::Vec3;
+
+constexpr std::size_t grain = 4096;
+/// Of the scaled Jacobian at a cell's corner, and of the angle under which its direction is seen.
+constexpr double least_jacobian = 0.02;
+constexpr double least_sight = 0.05;
+constexpr int most_repairs = 200;
+
+template <class F>
+void for_points(std::size_t count, const F& f) {
+    base::parallel_for(count, grain, [&](std::size_t first, std::size_t last) {
+        for (std::size_t p = first; p < last; ++p) f(p);
+    });
+}
+
+/// Marches one front to the next.
+class Marcher {
+  public:
+    explicit Marcher(const FrontMesh& mesh)
+        : mesh_(mesh), steps_(mesh.size()), other_(mesh.size()), bad_(mesh.size()) {}
+
+    /// @param share  of the height that points have come, per point: lowered where steps are
+    /// shorter
+    geom::Points march(const geom::Points& from, double height, int smoothing, double& thinnest) {
+        for_points(mesh_.size(), [&](std::size_t p) { steps_[p] = best_direction(from, p); });
+        smooth_directions(from, smoothing);
+        for_points(mesh_.size(), [&](std::size_t p) {
+            // As high over the cells beside it, within limits.
+            double sight = 0.0;
+            for (const FrontMesh::Corner& c : mesh_.corners(p))
+                sight += unit_normal(from, p, c).dot(steps_[p]);
+            sight /= double(mesh_.corners(p).size());
+            other_[p] = steps_[p] * (height / std::clamp(sight, 0.6, 1.0));
+        });
+        std::swap(steps_, other_);
+        even_out(from, height, smoothing);
+        repair(from);
+        geom::Points to(from.rows(), 3);
+        for_points(mesh_.size(), [&](std::size_t p) {
+            to.row(Eigen::Index(p)) = from.row(Eigen::Index(p)) + steps_[p].transpose();
+        });
+        for (const Vec3& step : steps_) thinnest = std::min(thinnest, step.norm() / height);
+        return to;
+    }
+
+  private:
+    static Vec3 at(const geom::Points& points, std::size_t p) {
+        return points.row(Eigen::Index(p)).transpose();
+    }
+    static Vec3 normal(const geom::Points& points, std::size_t p, const FrontMesh::Corner& c) {
+        const Vec3 here = at(points, p);
+        return (at(points, std::size_t(c.next)) - here)
+            .cross(at(points, std::size_t(c.previous)) - here);
+    }
+    static Vec3 unit_normal(const geom::Points& points, std::size_t p, const FrontMesh::Corner& c) {
+        return normal(points, p, c).normalized();
+    }
+    Vec3 in_plane(std::size_t p, const Vec3& v) const {
+        return v - mesh_.plane(p) * mesh_.plane(p).dot(v);
+    }
+    double sight(const geom::Points& points, std::size_t p, const Vec3& direction) const {
+        double least = 1.0;
+        for (const FrontMesh::Corner& c : mesh_.corners(p)) {
+            least = std::min(least, unit_normal(points, p, c).dot(direction));
+        }
+        return least;
+    }
+
+    /// The direction whose worst angle with the cells' normals is least, nearly.
+    Vec3 best_direction(const geom::Points& points, std::size_t p) const {
+        Vec3 n = Vec3::Zero();
+        for (const FrontMesh::Corner& c : mesh_.corners(p)) n += unit_normal(points, p, c);
+        n = in_plane(p, n).normalized();
+        for (double weight = 0.5; weight > 0.005; weight *= 0.8) {
+            double least = 2.0;
+            Vec3 worst = n;
+            for (const FrontMesh::Corner& c : mesh_.corners(p)) {
+                const Vec3 m = unit_normal(points, p, c);
+                const double dot = m.dot(n);
+                if (dot < least) {
+                    least = dot;
+                    worst = m;
+                }
+            }
+            if (least > 0.999) break;
+            n = in_plane(p, n + weight * worst).normalized();
+        }
+        return n;
+    }
+
+    Vec3 mean_around(const std::vector<Vec3>& values, std::size_t p) const {
+        Vec3 sum = Vec3::Zero();
+        for (const FrontMesh::Corner& c : mesh_.corners(p)) {
+            sum += values[std::size_t(c.next)] + values[std::size_t(c.previous)];
+        }
+        return sum / (2.0 * double(mesh_.corners(p).size()));
+    }
+
+    void smooth_directions(const geom::Points& from, int sweeps) {
+        for (int sweep = 0; sweep < sweeps; ++sweep) {
+            for_points(mesh_.size(), [&](std::size_t p) {
+                const Vec3 n =
+                    in_plane(p, 0.5 * steps_[p] + 0.5 * mean_around(steps_, p)).normalized();
+                // Not out of the sight of its cells.
+                const double before = sight(from, p, steps_[p]);
+                other_[p] = sight(from, p, n) > std::min(0.5, 0.7 * before) ? n : steps_[p];
+            });
+            std::swap(steps_, other_);
+        }
+    }
+
+    /// Spreads points of the new front, where steps are long beside cells.
+    void even_out(const geom::Points& from, double height, int sweeps) {
+        for (int sweep = 0; sweep < std::min(sweeps, 4); ++sweep) {
+            for_points(mesh_.size(), [&](std::size_t p) {
+                const Vec3 here = at(from, p) + steps_[p];
+                Vec3 mean = Vec3::Zero();
+                double longest = 0.0;
+                for (const FrontMesh::Corner& c : mesh_.corners(p)) {
+                    for (const std::int32_t q : {c.next, c.previous}) {
+                        const Vec3 there = at(from, std::size_t(q)) + steps_[std::size_t(q)];
+                        mean += there;
+                        longest = std::max(longest, (there - here).norm());
+                    }
+                }
+                mean /= 2.0 * double(mesh_.corners(p).size());
+                const double size = steps_[p].norm();
+                const Vec3 n = steps_[p] / size;
+                Vec3 pull = in_plane(p, mean - here);
+                pull -= n * n.dot(pull);
+                const double weight = 0.25 * std::min(1.0, height / longest);
+                // Borders keep what spreading along them leaves.
+                other_[p] = steps_[p];
+                if (mesh_.corners(p).size() > 2) other_[p] += weight * pull;
+                if (other_[p].norm() > 2.0 * size) other_[p] = steps_[p];
+            });
+            std::swap(steps_, other_);
+        }
+    }
+
+    /// Whether all corners of cells at the point are right-handed, below and above.
+    bool is_bad(const geom::Points& from, std::size_t p) const {
+        const Vec3& step = steps_[p];
+        const Vec3 top = at(from, p) + step;
+        for (const FrontMesh::Corner& c : mesh_.corners(p)) {
+            const Vec3 here = at(from, p);
+            const Vec3 a = at(from, std::size_t(c.next)) - here;
+            const Vec3 b = at(from, std::size_t(c.previous)) - here;
+            if (a.cross(b).dot(step) <= least_jacobian * a.norm() * b.norm() * step.norm()) {
+                if (sight(from, p, step.normalized()) < least_sight) return true;
+            }
+            const Vec3 ta = at(from, std::size_t(c.next)) + steps_[std::size_t(c.next)] - top;
+            const Vec3 tb =
+                at(from, std::size_t(c.previous)) + steps_[std::size_t(c.previous)] - top;
+            // Cells may be thin corners from the start: they must not get much thinner.
+            const double before = a.cross(b).norm() / (a.norm() * b.norm());
+            if (ta.cross(tb).dot(step) <=
+                least_jacobian * before * ta.norm() * tb.norm() * step.norm()) {
+                return true;
+            }
+        }
+        return false;
+    }
+
+    void repair(const geom::Points& from) {
+        for (int round = 0; round < most_repairs; ++round) {
+            for_points(mesh_.size(), [&](std::size_t p) { bad_[p] = is_bad(from, p) ? 1 : 0; });
+            if (std::none_of(bad_.begin(), bad_.end(), [](char b) { return b != 0; })) return;
+            // The neighbours that share a bad cell move less and more alike.
+            for_points(mesh_.size(), [&](std::size_t p) {
+                bool near = bad_[p] != 0;
+                for (const FrontMesh::Corner& c : mesh_.corners(p)) {
+                    near = near || bad_[std::size_t(c.next)] != 0 ||
+                           bad_[std::size_t(c.previous)] != 0;
+                }
+                other_[p] = steps_[p];
+                if (!near) return;
+                other_[p] = 0.85 * in_plane(p, 0.7 * steps_[p] + 0.3 * mean_around(steps_, p));
+                const Vec3 best = best_direction(from, p);
+                const double length = other_[p].norm();
+                if (length == 0.0 ||
+                    sight(from, p, other_[p] / length) < 0.3 * sight(from, p, best)) {
+                    other_[p] = 0.85 * steps_[p].norm() * best;
+                }
+            });
+            std::swap(steps_, other_);
+        }
+    }
+
+    const FrontMesh& mesh_;
+    std::vector<Vec3> steps_, other_;
+    std::vector<char> bad_;
+};
+
+double first_height(const LayerOptions& options) {
+    if (options.first_mm > 0.0) return options.first_mm;
+    double sum = 0.0;
+    for (int k = 0; k < options.cells; ++k) sum += std::pow(options.growth, k);
+    return options.thickness_mm / sum;
+}
+
+void check(const LayerOptions& options) {
+    if (options.cells < 1 || options.cells > 10000) {
+        throw base::InvalidArgument(fmt::format("{} layers; use 1 to 10000", options.cells));
+    }
+    if (!(options.growth >= 0.5 && options.growth <= 5.0)) {
+        throw base::InvalidArgument(fmt::format("layers grow by {}; use 0.5 to 5", options.growth));
+    }
+    if (!(options.first_mm > 0.0) && !(options.thickness_mm > 0.0)) {
+        throw base::InvalidArgument("layers need the height of the first one or of all");
+    }
+}
+
+}  // namespace
+
+struct LayerGrid::State {
+    FrontMesh mesh;
+    std::vector<geom::Points> fronts;
+    double thinnest = 1.0;
+
+    explicit State(const Plan& plan) : mesh(plan) {}
+};
+
+LayerGrid::LayerGrid(const Plan& plan, const LayerOptions& options) : plan_(plan) {
+    check(options);
+    state_ = std::make_unique<State>(plan);
+    state_->fronts.push_back(state_->mesh.surface());
+    Marcher marcher(state_->mesh);
+    double height = first_height(options);
+    for (int k = 0; k < options.cells; ++k, height *= options.growth) {
+        base::report_progress(options.progress, "layers", double(k) / options.cells);
+        const int smoothing = std::min(2 + k, 30);
+        state_->fronts.push_back(
+            marcher.march(state_->fronts.back(), height, smoothing, state_->thinnest));
+    }
+}
+LayerGrid::~LayerGrid() = default;
+
+int LayerGrid::layers() const { return static_cast<int>(state_->fronts.size()); }
+
+double LayerGrid::thinnest() const { return state_->thinnest; }
+
+void LayerGrid::evaluate(int block, BlockPoints& points) const {
+    const auto [ni, nj] = plan_.size(block);
+    points.ni = ni;
+    points.nj = nj;
+    points.nk = layers();
+    for (auto& c : points.coordinates) c.resize(points.count());
+    const std::vector<std::int32_t>& numbers = state_->mesh.numbers(block);
+    base::parallel_for(state_->fronts.size(), 1, [&](std::size_t first, std::size_t last) {
+        for (std::size_t k = first; k < last; ++k) {
+            for (std::size_t n = 0; n < numbers.size(); ++n) {
+                for (std::size_t c = 0; c < 3; ++c) {
+                    points.coordinates[c][k * numbers.size() + n] =
+                        state_->fronts[k](numbers[n], Eigen::Index(c));
+                }
+            }
+        }
+    });
+}
+
+}  // namespace patchwright::grid

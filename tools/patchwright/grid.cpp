@@ -1,0 +1,196 @@
+#include "command.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/grid/layers.h>
+#include <patchwright/grid/write.h>
+#include <patchwright/subd/normal_control.h>
+
+#include <fmt/format.h>
+
+#include <map>
+#include <memory>
+
+namespace patchwright::cli {
+
+namespace {
+
+struct GridOptions {
+    CommonOptions common;
+    std::string cage, output;
+    std::string cage_unit = "mm", unit = "mm";
+    std::string blocks = "groups";
+    bool join = false;
+    std::string size;
+    int points = 17;
+    int levels = 0, coarsen = 0;
+    std::string law = "uniform";
+    bool curvature = false;
+    std::string first_cell;
+    std::vector<std::string> clusters;
+    std::string form = "binary", endian = "little";
+    int layers = 0;
+    std::string layer_height, thickness;
+    double growth = 1.2;
+};
+
+/// "A:B=0.1mm"
+grid::BorderCluster parse_cluster(const std::string& text, double diagonal) {
+    const auto equals = text.rfind('=');
+    const auto colon = text.find(':');
+    if (equals == std::string::npos || colon == std::string::npos || colon > equals) {
+        throw base::InvalidArgument(fmt::format(
+            "--cluster {}: write FAMILY:FAMILY=LENGTH, for example upper:lower=0.1mm", text));
+    }
+    return {text.substr(0, colon), text.substr(colon + 1, equals - colon - 1),
+            base::parse_length(text.substr(equals + 1)).in_millimetres(diagonal)};
+}
+
+grid::PlanOptions plan_options(const GridOptions& options, double diagonal) {
+    const std::map<std::string, grid::Law> laws{{"uniform", grid::Law::Uniform},
+                                                {"geometric", grid::Law::Geometric},
+                                                {"tanh", grid::Law::Tanh},
+                                                {"cosine", grid::Law::Cosine}};
+    const auto length = [&](const std::string& text) {
+        return text.empty() ? 0.0 : base::parse_length(text).in_millimetres(diagonal);
+    };
+    grid::PlanOptions plan{.size_mm = length(options.size),
+                           .cells = options.points - 1,
+                           .levels = options.levels,
+                           .law = laws.at(options.law),
+                           .first_at_creases_mm = length(options.first_cell)};
+    if (options.curvature) plan.measure = grid::Measure::Curvature;
+    for (const std::string& text : options.clusters) {
+        plan.clusters.push_back(parse_cluster(text, diagonal));
+    }
+    const bool sized = plan.first_at_creases_mm > 0.0 || !plan.clusters.empty();
+    if (sized && plan.law == grid::Law::Uniform) {
+        throw base::InvalidArgument(
+            "--first-cell and --cluster need --spacing tanh or geometric (or cosine)");
+    }
+    return plan;
+}
+
+int make_grid(const GridOptions& options) {
+    const auto cage_unit = base::parse_length_unit(options.cage_unit);
+    grid::WriteOptions write{.unit = base::parse_length_unit(options.unit)};
+    grid::grid_format(options.output);  // refuses an unknown extension before the work
+    write.plot3d = {options.form == "ascii"     ? grid::Plot3dOptions::Form::Ascii
+                    : options.form == "fortran" ? grid::Plot3dOptions::Form::Fortran
+                                                : grid::Plot3dOptions::Form::Binary,
+                    options.endian == "big"};
+    if (options.coarsen > options.levels) {
+        throw base::InvalidArgument(fmt::format("--coarsen {} needs --levels {} or more",
+                                                options.coarsen, options.coarsen));
+    }
+    Run run(options.common);
+    run.report.unit = write.unit;
+    write.progress = run.progress();
+    const mesh::Cage cage = read_cage(run, options.cage, cage_unit);
+    const double diagonal = geom::bounding_box(cage.points).diagonal();
+    run.end_stage("read");
+
+    grid::BlockLayout layout = grid::make_layout(
+        subd::control_normals(cage), options.blocks == "faces"    ? grid::BlockCovering::Faces
+                                     : options.blocks == "charts" ? grid::BlockCovering::Charts
+                                                                  : grid::BlockCovering::Groups);
+    if (options.join) layout = grid::join_all(layout);
+    const grid::Plan plan =
+        grid::coarsened(grid::make_plan(layout, plan_options(options, diagonal)), options.coarsen);
+    run.end_stage("plan");
+
+    grid::GridQuality quality;
+    if (options.layers > 0) {
+        if (options.layer_height.empty() == options.thickness.empty()) {
+            throw base::InvalidArgument(
+                "--layers needs either --layer-height (of the first cell) or --thickness");
+        }
+        grid::LayerOptions layers{.cells = options.layers, .growth = options.growth};
+        if (options.thickness.empty()) {
+            layers.first_mm = base::parse_length(options.layer_height).in_millimetres(diagonal);
+        } else {
+            layers.thickness_mm = base::parse_length(options.thickness).in_millimetres(diagonal);
+        }
+        layers.progress = run.progress();
+        const grid::LayerGrid volume(plan, layers);
+        run.end_stage("layers");
+        quality = grid::write_grid(volume, options.output, write);
+        if (quality.negative > 0) {
+            run.notice(fmt::format("{} cells have negative volumes; use thinner layers",
+                                   quality.negative));
+        }
+    } else {
+        quality = grid::write_grid(grid::SurfaceGrid(plan), options.output, write);
+    }
+    run.report.grid = report::GridFigures{options.output, quality};
+    run.end_stage("write");
+    run.finish();
+    return quality.negative > 0 ? ToleranceMissed : Done;
+}
+
+}  // namespace
+
+void register_grid(CLI::App& app, int& exit_code) {
+    auto options = std::make_shared<GridOptions>();
+    CLI::App* command =
+        app.add_subcommand("grid", "block-structured grid on the limit surface of a cage");
+    command->add_option("cage", options->cage, "control mesh (OBJ), usually a fitted one")
+        ->required();
+    command
+        ->add_option("-o,--output", options->output,
+                     "grid to write: .cgns, .xyz or .p3d (Plot3D), .vtm (VTK)")
+        ->required();
+    command->add_option("--cage-unit", options->cage_unit, "unit of the cage's numbers")
+        ->capture_default_str();
+    command->add_option("--unit", options->unit, "unit of the grid: mm, cm, m, in or ft")
+        ->capture_default_str();
+    command
+        ->add_option("--blocks", options->blocks,
+                     "one for as many faces of one group as possible (groups), for as many faces "
+                     "as possible (charts), or for each face (faces)")
+        ->check(CLI::IsMember({"groups", "charts", "faces"}))
+        ->capture_default_str();
+    command->add_flag("--join", options->join, "join blocks of one family where they share a side");
+    command->add_option("--size", options->size,
+                        "mean length of cells along block edges at most: 5mm, 0.2in, or 0.01rel "
+                        "(of the cage's diagonal)");
+    command->add_option("--points", options->points, "points along every block edge without --size")
+        ->check(CLI::Range(2, 1 << 20))
+        ->capture_default_str();
+    command
+        ->add_option("--levels", options->levels,
+                     "make numbers of cells multiples of 2^LEVELS, for coarser grids")
+        ->check(CLI::Range(0, 16));
+    command->add_option("--coarsen", options->coarsen, "write every 2^COARSEN-th point only")
+        ->check(CLI::Range(0, 16));
+    command->add_option("--spacing", options->law, "uniform, geometric, tanh or cosine")
+        ->check(CLI::IsMember({"uniform", "geometric", "tanh", "cosine"}))
+        ->capture_default_str();
+    command->add_flag("--curvature", options->curvature,
+                      "more points where block edges are curved, before the spacing law");
+    command->add_option("--first-cell", options->first_cell,
+                        "length of the first cell of lines that end on a crease, as trailing edges "
+                        "are");
+    command->add_option("--cluster", options->clusters,
+                        "FAMILY:FAMILY=LENGTH: first cell of lines that end where blocks of these "
+                        "families meet; an empty name is any");
+    command
+        ->add_option("--plot3d", options->form, "Plot3D files: binary, fortran (records) or ascii")
+        ->check(CLI::IsMember({"binary", "fortran", "ascii"}))
+        ->capture_default_str();
+    command->add_option("--endian", options->endian, "byte order of Plot3D files: little or big")
+        ->check(CLI::IsMember({"little", "big"}))
+        ->capture_default_str();
+    command
+        ->add_option("--layers", options->layers,
+                     "cells grown off the surface along its normals: a volume grid")
+        ->check(CLI::Range(0, 10000));
+    command->add_option("--layer-height", options->layer_height, "height of the first layer");
+    command->add_option("--thickness", options->thickness, "height of all layers together");
+    command->add_option("--growth", options->growth, "each layer's height over the one below")
+        ->check(CLI::Range(0.5, 5.0))
+        ->capture_default_str();
+    add_common_options(*command, options->common, true);
+    command->callback([options, &exit_code] { exit_code = make_grid(*options); });
+}
+
+}  // namespace patchwright::cli
