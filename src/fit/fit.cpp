@@ -1,48 +1,17 @@
-#include "fit/level_fit.h"
-#include "fit/sampling.h"
+#include "fit/measure.h"
+#include "fit/refinement.h"
 
 #include <patchwright/base/error.h>
-#include <patchwright/base/parallel.h>
 #include <patchwright/fit/fit.h>
-#include <patchwright/subd/limit_operator.h>
 #include <patchwright/subd/normal_control.h>
-#include <patchwright/subd/refine.h>
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
 
 namespace patchwright::fit {
 
 namespace {
-
-using geom::Points;
-
-/// Distances of a grid over all faces, borders included and denser than the one that was fitted.
-Distances measure(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-                  int samples_per_edge) {
-    const subd::LimitOperator limit_operator(*cage.topology, {closed_grid(samples_per_edge + 1)},
-                                             face_sites(*cage.topology),
-                                             subd::SampleRows::PointsAndTangents);
-    Points limit;
-    limit_operator.apply(cage.points, limit);
-    const Points normals = limit_operator.normals(cage.points);
-    std::vector<double> distance(static_cast<std::size_t>(limit.rows()));
-    base::parallel_for(distance.size(), 64, [&](std::size_t first, std::size_t last) {
-        for (std::size_t i = first; i < last; ++i) {
-            const auto row = Eigen::Index(i);
-            distance[i] = reference
-                              .foot_point(limit.row(row).transpose(),
-                                          unit_or_none(normals.row(row).transpose()))
-                              .distance;
-        }
-    });
-    Distances distances;
-    for (const double d : distance) distances.add(d);
-    return distances;
-}
 
 void check(const FitOptions& o) {
     const auto require = [](bool good, const char* what) {
@@ -56,36 +25,68 @@ void check(const FitOptions& o) {
     require(o.max_cgls_iterations >= 1, "max_cgls_iterations must be positive");
 }
 
+/// A level with what came of it.
+struct Candidate {
+    mesh::Cage cage;
+    std::vector<FaceHistory> history;
+    FitLevel level;
+    LevelError error;
+    int symmetry_axis = -1;
+    int number = 0;
+
+    [[nodiscard]] double largest() const { return std::max(level.max_mm, level.curve_max_mm); }
+};
+
+void fit_candidate(Candidate& c, const geom::ReferenceSurface& reference,
+                   const FitOptions& options) {
+    const auto start = std::chrono::steady_clock::now();
+    c.level.vertices = c.cage.topology->vertex_count();
+    c.level.faces = c.cage.topology->face_count();
+    LevelFit fitted = fit_level(c.cage, reference, options, c.level);
+    c.cage.points = std::move(fitted.points);
+    c.cage = subd::control_normals(c.cage);
+    c.symmetry_axis = fitted.symmetry_axis;
+    c.error = measure(c.cage, fitted, reference, options.samples_per_edge);
+    c.level.samples = static_cast<int>(c.error.surface.count);
+    c.level.rms_mm = c.error.surface.rms();
+    c.level.max_mm = c.error.surface.max;
+    c.level.curve_max_mm = c.error.curves.max;
+    c.level.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 }  // namespace
 
 FitResult fit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
               const FitOptions& options) {
     check(options);
     FitResult result;
-    result.cage = cage;
+    Candidate now{.cage = cage};
+    std::optional<Candidate> kept;
     for (;;) {
-        const auto start = std::chrono::steady_clock::now();
-        FitLevel level;
-        level.vertices = result.cage.topology->vertex_count();
-        level.faces = result.cage.topology->face_count();
-        result.cage.points = fit_level(result.cage, reference, options, level);
-        result.cage = subd::control_normals(result.cage);
-        const Distances distances = measure(result.cage, reference, options.samples_per_edge);
-        level.samples = static_cast<int>(distances.count);
-        level.rms_mm = distances.rms();
-        level.max_mm = distances.max;
-        level.seconds =
-            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        result.levels.push_back(level);
-        result.met = level.max_mm <= options.tolerance_mm;
-        const bool room = static_cast<int>(result.levels.size()) <= options.max_levels &&
-                          4 * level.vertices <= options.max_vertices;
-        const std::size_t count = result.levels.size();
-        const bool stuck =
-            count > 1 && level.max_mm > options.least_gain * result.levels[count - 2].max_mm;
-        if (result.met || !room || stuck) return result;
-        result.cage = subd::refine(result.cage, 1);
+        fit_candidate(now, reference, options);
+        now.number = static_cast<int>(result.levels.size());
+        result.levels.push_back(now.level);
+        // Splitting strips moves the limit surface, and may leave it where steps do not lead back.
+        const bool worse =
+            kept && now.level.max_mm > kept->level.max_mm && now.level.rms_mm > kept->level.rms_mm;
+        const bool retry = worse && now.level.local;
+        if (!worse) kept = std::move(now);
+        result.met = kept->largest() <= options.tolerance_mm;
+        const bool room = static_cast<int>(result.levels.size()) <= options.max_levels;
+        std::optional<NextLevel> next;
+        if (!result.met && room && (retry || !worse)) {
+            next = refine_where_needed(kept->cage, kept->error, kept->history, options,
+                                       retry ? Refinement::Global : options.refinement);
+        }
+        if (!next) break;
+        now = {.cage = std::move(next->cage), .history = std::move(next->history)};
+        now.level.local = next->local;
     }
+    result.cage = std::move(kept->cage);
+    result.symmetry_axis = kept->symmetry_axis;
+    result.best_level = kept->number;
+    return result;
 }
 
 }  // namespace patchwright::fit

@@ -2,11 +2,12 @@
 
 #include "fit/sampling.h"
 #include "fit/step_operator.h"
+#include "fit/symmetry.h"
 
 #include <patchwright/base/parallel.h>
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
 
 namespace patchwright::fit {
 
@@ -25,9 +26,13 @@ constexpr double least_sliding = 0.01;
 // Share of the energy that a step must not leave to count as progress. What goes on slowly is the
 // creeping of parameters; refining gains more.
 constexpr double little_gain = 0.85;
+// Share of the tolerance at which a fit ends: what is gained beyond costs fairness.
+constexpr double enough = 0.4;
 // A foot point that is farther from its normal than this is on a border or an edge: the residual
 // then counts in all directions.
 constexpr double slanted = 0.3;
+// Weight of samples whose foot point is not to be believed.
+constexpr double least_trust = 0.1;
 
 /// Limit points of a control mesh, where they should be, and how their residuals count.
 struct Projection {
@@ -36,45 +41,51 @@ struct Projection {
     Distances distances;
     bool of_curves = false;
 
-    [[nodiscard]] double energy() const { return distances.sum_of_squares; }
+    /// Of the distances, as `weights` count them.
+    [[nodiscard]] double energy(const SampleWeights& by) const {
+        return (limit - target).rowwise().squaredNorm().dot(by.weight.cwiseAbs2());
+    }
 };
 
-class LevelFit {
+class LevelFitter {
   public:
-    LevelFit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-             const FitOptions& options, FitLevel& level)
+    LevelFitter(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
+                const FitOptions& options, FitLevel& level)
         : topology_(*cage.topology),
           points_(cage.points),
           reference_(reference),
           options_(options),
           level_(level),
-          reach_(options.feature_reach_rel * reference.bounds().diagonal()),
           curves_(curve_sites(topology_)),
           surface_(topology_, {interior_grid(options.samples_per_edge)}, face_sites(topology_),
                    subd::SampleRows::PointsAndTangents),
           bending_(topology_, {interior_grid(2)}, face_sites(topology_), subd::SampleRows::Bending),
           curve_(topology_, side_sets(options.samples_per_edge), curves_.sites),
-          curve_free_(std::size_t(topology_.vertex_count()), 0),
-          surface_free_(std::size_t(topology_.vertex_count()), 1) {
-        classify_vertices();
+          curve_steps_{.held = std::vector<std::uint8_t>(std::size_t(topology_.vertex_count()))},
+          surface_steps_(curve_steps_) {
+        Points samples;
+        curve_.apply(points_, samples);
+        match_ =
+            match_features(topology_, points_, curves_, samples, options.samples_per_edge,
+                           reference, options.feature_reach_rel * reference.bounds().diagonal());
+        hold_vertices();
+        keep_symmetry();
     }
 
-    Points run() {
-        place_corners();
+    LevelFit run() && {
         if (!curves_.sites.empty()) {
-            match_chains();
             // Crease and boundary curves depend on their own control points only.
-            improve(curve_, curve_free_, 0.0, (options_.max_projections + 1) / 2,
-                    [&](const Points& p) { return project_curves(p); });
+            improve(curve_, curve_steps_, 0.0, (options_.max_projections + 1) / 2,
+                    [&](const Points& p, const Projection*) { return project_curves(p); });
         }
-        improve(surface_, surface_free_, options_.fairness, options_.max_projections,
-                [&](const Points& p) { return project_surface(p); });
-        return points_;
+        improve(surface_, surface_steps_, options_.fairness, options_.max_projections,
+                [&](const Points& p, const Projection* last) { return project_surface(p, last); });
+        return {std::move(points_), std::move(curves_), std::move(match_), symmetry_axis_};
     }
 
   private:
-    void classify_vertices() {
-        std::vector<int> sharp_edges(curve_free_.size(), 0);
+    void hold_vertices() {
+        std::vector<int> sharp_edges(curve_steps_.held.size(), 0);
         for (const EdgeId e : topology_.edges()) {
             if (!std::isinf(topology_.sharpness(e))) continue;
             ++sharp_edges[topology_.start(e).index()];
@@ -82,71 +93,58 @@ class LevelFit {
         }
         for (const VertexId v : topology_.vertices()) {
             // The end of a crease inside the surface (dart) moves with the surface.
-            curve_free_[v.index()] = sharp_edges[v.index()] > 1 ? 1 : 0;
-            surface_free_[v.index()] = 1 - curve_free_[v.index()];
-            if (topology_.is_pinned(v)) curve_free_[v.index()] = surface_free_[v.index()] = 0;
+            const bool on_curve = sharp_edges[v.index()] > 1;
+            (on_curve ? surface_steps_ : curve_steps_).held[v.index()] = PointConstraints::all;
+            if (topology_.is_pinned(v)) hold(v, PointConstraints::all);
         }
+        for (const FeatureMatch::Place& place : match_.places) {
+            if (topology_.is_pinned(place.vertex)) continue;
+            points_.row(place.vertex.value) = place.point.transpose();
+            hold(place.vertex, PointConstraints::all);
+        }
+        level_.chains_on_features =
+            static_cast<int>(std::count_if(match_.paths.begin(), match_.paths.end(),
+                                           [](const auto& path) { return !path.empty(); }));
     }
 
-    void place_corners() {
-        for (const VertexId v : corner_vertices(topology_)) {
-            if (topology_.is_pinned(v)) continue;
-            const Vec3 at = points_.row(v.value).transpose();
-            const auto target = reference_.feature_point(at, geom::FeatureKind::Corner);
-            if (!target || target->distance > reach_) continue;
-            points_.row(v.value) = target->point.transpose();
-            curve_free_[v.index()] = surface_free_[v.index()] = 0;
-        }
+    void hold(VertexId v, std::uint8_t coordinates) {
+        curve_steps_.held[v.index()] |= coordinates;
+        surface_steps_.held[v.index()] |= coordinates;
     }
 
-    [[nodiscard]] geom::FeatureKind feature_kind(std::size_t site) const {
-        return curves_.kinds[site] == CurveKind::Crease ? geom::FeatureKind::Sharp
-                                                        : geom::FeatureKind::Free;
+    void keep_symmetry() {
+        const SymmetryPlane plane =
+            find_symmetry(topology_, points_, curves_, match_, reference_, options_);
+        symmetry_axis_ = plane.axis;
+        if (plane.axis < 0) return;
+        for (const int v : plane.vertices) {
+            if (topology_.is_pinned(VertexId{v})) continue;
+            points_(v, plane.axis) = 0.0;
+            hold(VertexId{v}, std::uint8_t(1 << plane.axis));
+        }
+        for (PointConstraints* steps : {&curve_steps_, &surface_steps_}) {
+            steps->followers = plane.followers;
+            steps->axis = plane.axis;
+        }
+        surface_steps_.follow(points_);
     }
 
-    /// Decides once, for whole chains, whether a feature is what they belong to: near as compared
-    /// with the model or with their own length.
-    void match_chains() {
-        std::vector<double> distance(std::size_t(curves_.chain_count), 0.0);
-        std::vector<double> length(distance.size(), 0.0);
-        std::vector<int> count(distance.size(), 0);
-        Points limit;
-        curve_.apply(points_, limit);
-        const auto& rows = curve_.site_rows();
-        for (std::size_t site = 0; site < curves_.sites.size(); ++site) {
-            const auto chain = std::size_t(curves_.chains[site]);
-            for (auto row = rows[site]; row < rows[site + 1]; ++row) {
-                const auto feature =
-                    reference_.feature_point(limit.row(row).transpose(), feature_kind(site));
-                distance[chain] +=
-                    feature ? feature->distance : std::numeric_limits<double>::infinity();
-                ++count[chain];
-                if (row > rows[site]) length[chain] += (limit.row(row) - limit.row(row - 1)).norm();
-            }
-        }
-        matched_.resize(distance.size());
-        for (std::size_t chain = 0; chain < matched_.size(); ++chain) {
-            matched_[chain] =
-                distance[chain] <= count[chain] * std::max(reach_, 0.1 * length[chain]) ? 1 : 0;
-        }
-    }
-
-    /// Damped steps, each on the problem that is linear in the points once targets and directions
-    /// are fixed. A step that makes the result worse is not taken.
+    /// Damped steps, each on the problem that is linear in the points once targets, directions and
+    /// weights are fixed. A step that makes the result worse is not taken.
     template <class Project>
-    void improve(const subd::LimitOperator& samples, const std::vector<char>& free, double fairness,
-                 int rounds, const Project& project) {
-        Projection now = project(points_);
+    void improve(const subd::LimitOperator& samples, const PointConstraints& constraints,
+                 double fairness, int rounds, const Project& project) {
+        Projection now = project(points_, nullptr);
         double damping = 1e-6;
         double sliding = 0.3;
         int idle = 0;
         for (int round = 0; round < rounds; ++round) {
             base::report_progress(options_.progress, "fit", double(round) / rounds);
-            if (now.distances.max < 0.25 * options_.tolerance_mm) return;
+            if (now.distances.max < enough * options_.tolerance_mm) return;
             (now.of_curves ? now.weights.along : now.weights.across) = sliding;
             // Bending has fewer samples a face than the surface, and they count alike.
             const double bending = fairness * double(samples.rows()) / double(bending_.rows());
-            const StepOperator step(samples, now.weights, bending_, bending, damping, free);
+            const StepOperator step(samples, now.weights, bending_, bending, damping, constraints);
             const CglsResult solution =
                 solve_cgls(step, step.right_side(now.target - now.limit, points_),
                            Points::Zero(step.columns(), 3),
@@ -154,11 +152,12 @@ class LevelFit {
                             .relative_residual = 1e-4,
                             .joint = true});
             const Points candidate = points_ + step.displacements(solution.x);
-            Projection next = project(candidate);
+            Projection next = project(candidate, &now);
             level_.cgls_steps += solution.iterations;
             ++level_.projections;
-            const double before = now.energy() + bending * bending_energy(points_);
-            const double after = next.energy() + bending * bending_energy(candidate);
+            const double was = now.energy(now.weights), is = next.energy(now.weights);
+            const double before = was + bending * bending_energy(points_);
+            const double after = is + bending * bending_energy(candidate);
             if (!(after < before)) {
                 if (sliding < 1.0) {
                     sliding = 1.0;
@@ -168,7 +167,7 @@ class LevelFit {
                 }
                 continue;
             }
-            const bool little = next.energy() > little_gain * now.energy();
+            const bool little = is > little_gain * was;
             points_ = candidate;
             now = std::move(next);
             damping = std::max(0.2 * damping, 1e-9);
@@ -194,13 +193,14 @@ class LevelFit {
             for (std::size_t site = first; site < last; ++site) {
                 for (auto row = rows[site]; row < rows[site + 1]; ++row) {
                     const Vec3 at = p.limit.row(row).transpose();
-                    const bool matched = matched_[std::size_t(curves_.chains[site])] != 0;
-                    if (matched) {
-                        const auto feature = reference_.feature_point(at, feature_kind(site));
-                        p.target.row(row) = feature->point.transpose();
-                        set_direction(p, row, feature->tangent, false);
-                    } else {
+                    const FeaturePath& path =
+                        match_.paths[std::size_t(curves_.chain_of_site[site])];
+                    if (path.empty()) {
                         p.target.row(row) = reference_.foot_point(at).point.transpose();
+                    } else {
+                        const auto feature = nearest_on_path(reference_, path, at);
+                        p.target.row(row) = feature.point.transpose();
+                        set_direction(p, row, feature.tangent, false);
                     }
                 }
             }
@@ -208,24 +208,33 @@ class LevelFit {
         return finished(std::move(p));
     }
 
-    [[nodiscard]] Projection project_surface(const Points& points) const {
+    [[nodiscard]] Projection project_surface(const Points& points, const Projection* last) const {
         Projection p = start(surface_, points);
         const Points normals = surface_.normals(points);
-        base::parallel_for(std::size_t(p.limit.rows()), 64,
-                           [&](std::size_t first, std::size_t last) {
-                               for (auto i = Eigen::Index(first); i < Eigen::Index(last); ++i) {
-                                   const auto side = unit_or_none(normals.row(i).transpose());
-                                   const geom::FootPoint foot =
-                                       reference_.foot_point(p.limit.row(i).transpose(), side);
-                                   p.target.row(i) = foot.point.transpose();
-                                   set_direction(p, i, foot.normal, true);
-                                   // The wrong side, or a fold: not what this sample should be
-                                   // drawn to.
-                                   if (side && foot.normal.dot(*side) < 0.0)
-                                       p.weights.weight[i] = 0.1;
-                               }
-                           });
+        base::parallel_for(
+            std::size_t(p.limit.rows()), 64, [&](std::size_t first, std::size_t end) {
+                for (auto i = Eigen::Index(first); i < Eigen::Index(end); ++i) {
+                    const auto side = unit_or_none(normals.row(i).transpose());
+                    const geom::FootPoint foot =
+                        reference_.foot_point(p.limit.row(i).transpose(), side);
+                    p.target.row(i) = foot.point.transpose();
+                    set_direction(p, i, foot.normal, true);
+                    p.weights.weight[i] = trust(p, last, i, side ? foot.normal.dot(*side) : 1.0);
+                }
+            });
         return finished(std::move(p));
+    }
+
+    /// Less where the foot point faces elsewhere than the sample, as on the wrong side of something
+    /// thin or in a fold, and where it has jumped: not what the sample should be drawn to.
+    [[nodiscard]] double trust(const Projection& p, const Projection* last, Eigen::Index row,
+                               double cosine) const {
+        const double agreement = std::clamp(2.0 * cosine, least_trust, 1.0);
+        if (last == nullptr) return agreement;
+        const double moved = (p.limit.row(row) - last->limit.row(row)).norm();
+        const double jump = (p.target.row(row) - last->target.row(row)).norm();
+        const double usual = 3.0 * moved + options_.tolerance_mm;
+        return agreement * std::clamp(usual / std::max(jump, 1e-300), least_trust, 1.0);
     }
 
     [[nodiscard]] static Projection start(const subd::LimitOperator& samples,
@@ -261,21 +270,20 @@ class LevelFit {
     const geom::ReferenceSurface& reference_;
     const FitOptions& options_;
     FitLevel& level_;
-    double reach_;
     CurveSampling curves_;
-    std::vector<char> matched_;  // by chain
     subd::LimitOperator surface_;
     subd::LimitOperator bending_;
     subd::LimitOperator curve_;
-    std::vector<char> curve_free_;
-    std::vector<char> surface_free_;
+    FeatureMatch match_;
+    PointConstraints curve_steps_, surface_steps_;
+    int symmetry_axis_ = -1;
 };
 
 }  // namespace
 
-Points fit_level(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-                 const FitOptions& options, FitLevel& level) {
-    return LevelFit(cage, reference, options, level).run();
+LevelFit fit_level(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
+                   const FitOptions& options, FitLevel& level) {
+    return LevelFitter(cage, reference, options, level).run();
 }
 
 }  // namespace patchwright::fit

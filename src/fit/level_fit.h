@@ -1,6 +1,8 @@
 // The fit on one level of refinement.
 #pragma once
 
+#include "fit/feature_match.h"
+
 #include <patchwright/fit/fit.h>
 
 #include <cmath>
@@ -29,9 +31,16 @@ inline std::optional<geom::Vec3> unit_or_none(const geom::Vec3& v) {
     return std::nullopt;
 }
 
+struct LevelFit {
+    geom::Points points;
+    CurveSampling curves;
+    FeatureMatch match;
+    int symmetry_axis = -1;
+};
+
 /// Control points whose limit surface is near the reference: rounds of projecting samples and
 /// solving, until near enough or no longer improving. Counts them in `level`.
-geom::Points fit_level(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-                       const FitOptions& options, FitLevel& level);
+LevelFit fit_level(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
+                   const FitOptions& options, FitLevel& level);
 
 }  // namespace patchwright::fit

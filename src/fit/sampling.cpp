@@ -8,6 +8,7 @@ using mesh::CornerId;
 using mesh::EdgeId;
 using mesh::FaceId;
 using mesh::Topology;
+using mesh::VertexId;
 
 subd::ParameterSet interior_grid(int n) {
     subd::ParameterSet set;
@@ -48,65 +49,99 @@ std::vector<subd::Site> face_sites(const Topology& topology) {
 
 namespace {
 
-/// Numbers of the chains of infinitely sharp edges, by edge; -1 for other edges.
-std::vector<int> edge_chains(const Topology& topology, int& count) {
-    std::vector<std::vector<EdgeId>> sharp(std::size_t(topology.vertex_count()));
-    for (const EdgeId e : topology.edges()) {
-        if (!std::isinf(topology.sharpness(e))) continue;
-        sharp[topology.start(e).index()].push_back(e);
-        sharp[topology.end(e).index()].push_back(e);
+/// Walks the infinitely sharp edges, chain by chain.
+class ChainWalk {
+  public:
+    explicit ChainWalk(const Topology& topology)
+        : topology_(topology),
+          sharp_(std::size_t(topology.vertex_count())),
+          used_(std::size_t(topology.edge_count()), 0) {
+        for (const EdgeId e : topology.edges()) {
+            if (!std::isinf(topology.sharpness(e))) continue;
+            sharp_[topology.start(e).index()].push_back(e);
+            sharp_[topology.end(e).index()].push_back(e);
+        }
     }
-    std::vector<int> chain(std::size_t(topology.edge_count()), -1);
-    std::vector<EdgeId> pending;
-    for (const EdgeId first : topology.edges()) {
-        if (!std::isinf(topology.sharpness(first)) || chain[first.index()] >= 0) continue;
-        pending.push_back(first);
-        chain[first.index()] = count;
-        while (!pending.empty()) {
-            const EdgeId e = pending.back();
-            pending.pop_back();
-            for (const mesh::VertexId v : {topology.start(e), topology.end(e)}) {
-                if (sharp[v.index()].size() != 2 || std::isinf(topology.sharpness(v))) continue;
-                for (const EdgeId next : sharp[v.index()]) {
-                    if (chain[next.index()] >= 0 ||
-                        topology.is_boundary(next) != topology.is_boundary(e)) {
-                        continue;
-                    }
-                    chain[next.index()] = count;
-                    pending.push_back(next);
-                }
+
+    CurveSampling sampling() {
+        for (const VertexId v : topology_.vertices()) {
+            if (goes_on(v)) continue;
+            for (const EdgeId e : sharp_[v.index()]) {
+                if (used_[e.index()] == 0) walk(v, e);
             }
         }
-        ++count;
+        for (const EdgeId e : topology_.edges()) {
+            if (std::isinf(topology_.sharpness(e)) && used_[e.index()] == 0) {
+                walk(topology_.start(e), e);
+            }
+        }
+        return std::move(result_);
     }
-    return chain;
-}
+
+  private:
+    [[nodiscard]] bool goes_on(VertexId v) const {
+        const auto& edges = sharp_[v.index()];
+        return edges.size() == 2 && !std::isinf(topology_.sharpness(v)) &&
+               topology_.is_boundary(edges[0]) == topology_.is_boundary(edges[1]);
+    }
+
+    void walk(VertexId from, EdgeId e) {
+        const VertexId first = from;
+        Chain chain;
+        chain.kind = topology_.is_boundary(e) ? CurveKind::Boundary : CurveKind::Crease;
+        chain.vertices.push_back(from);
+        for (;;) {
+            used_[e.index()] = 1;
+            add_sites(chain, e, from);
+            from = topology_.start(e) == from ? topology_.end(e) : topology_.start(e);
+            if (from == first && goes_on(first)) {
+                chain.closed = true;
+                break;
+            }
+            chain.vertices.push_back(from);
+            if (!goes_on(from)) break;
+            const auto& edges = sharp_[from.index()];
+            e = edges[0] == e ? edges[1] : edges[0];
+        }
+        result_.chains.push_back(std::move(chain));
+    }
+
+    /// Sides 0 and 1 are sampled along the half-edge, sides 2 and 3 against it.
+    void add_sites(Chain& chain, EdgeId e, VertexId from) {
+        const CornerId c = topology_.corner(e);
+        const FaceId f = topology_.face(c);
+        const int n = topology_.size(f);
+        const int i = c.value - topology_.corners(f)[0].value;
+        const bool along = topology_.vertex(c) == from;
+        const auto add = [&](subd::Site site, bool backwards) {
+            chain.sites.emplace_back(static_cast<int>(result_.sites.size()), backwards != !along);
+            result_.sites.push_back(site);
+            result_.chain_of_site.push_back(static_cast<int>(result_.chains.size()));
+        };
+        if (n == 4) {
+            add({f, 0, i}, i >= 2);
+            return;
+        }
+        // The first half of the edge is side 0 of its start's sector, the rest side 3 of the next.
+        const subd::Site start{f, i, 0}, end{f, (i + 1) % n, 3};
+        if (along) {
+            add(start, false);
+            add(end, true);
+        } else {
+            add(end, true);
+            add(start, false);
+        }
+    }
+
+    const Topology& topology_;
+    std::vector<std::vector<EdgeId>> sharp_;  // by vertex
+    std::vector<char> used_;                  // by edge
+    CurveSampling result_;
+};
 
 }  // namespace
 
-CurveSampling curve_sites(const Topology& topology) {
-    CurveSampling sampling;
-    const std::vector<int> chain = edge_chains(topology, sampling.chain_count);
-    for (const EdgeId e : topology.edges()) {
-        if (!std::isinf(topology.sharpness(e))) continue;
-        const CornerId c = topology.corner(e);
-        const FaceId f = topology.face(c);
-        const int n = topology.size(f);
-        const int i = c.value - topology.corners(f)[0].value;
-        if (n == 4) {
-            sampling.sites.push_back({f, 0, i});
-        } else {
-            // The first half of the edge is side 0 of its start's sector, the rest side 3 of the
-            // next.
-            sampling.sites.push_back({f, i, 0});
-            sampling.sites.push_back({f, (i + 1) % n, 3});
-        }
-        sampling.kinds.resize(sampling.sites.size(),
-                              topology.is_boundary(e) ? CurveKind::Boundary : CurveKind::Crease);
-        sampling.chains.resize(sampling.sites.size(), chain[e.index()]);
-    }
-    return sampling;
-}
+CurveSampling curve_sites(const Topology& topology) { return ChainWalk(topology).sampling(); }
 
 std::vector<mesh::VertexId> corner_vertices(const Topology& topology) {
     std::vector<int> sharp_edges(std::size_t(topology.vertex_count()), 0);

@@ -4,6 +4,7 @@
 #include <patchwright/mesh/topology.h>
 #include <patchwright/subd/limit_operator.h>
 
+#include <utility>
 #include <vector>
 
 namespace patchwright::fit {
@@ -11,12 +12,20 @@ namespace patchwright::fit {
 /// Kinds of curves whose samples belong to features of the reference.
 enum class CurveKind { Crease, Boundary };
 
+/// A maximal run of crease or of boundary edges without a corner of the cage inside.
+struct Chain {
+    CurveKind kind = CurveKind::Crease;
+    bool closed = false;
+    /// Along the chain; one more than edges, or as many when it is closed.
+    std::vector<mesh::VertexId> vertices;
+    /// Along the chain: number among CurveSampling::sites, and whether its samples run backwards.
+    std::vector<std::pair<int, bool>> sites;
+};
+
 struct CurveSampling {
     std::vector<subd::Site> sites;
-    std::vector<CurveKind> kinds;  ///< one a site
-    /// One a site: which run of edges of one kind without a corner inside it belongs to, from 0.
-    std::vector<int> chains;
-    int chain_count = 0;
+    std::vector<int> chain_of_site;
+    std::vector<Chain> chains;
 };
 
 /// Parameters ((i + 1/2) / n, (j + 1/2) / n).
@@ -31,7 +40,8 @@ std::vector<subd::ParameterSet> side_sets(int n);
 /// Every face, each sector of faces that are no quads; all use set 0.
 std::vector<subd::Site> face_sites(const mesh::Topology& topology);
 
-/// Every infinitely sharp crease and every boundary edge once, for use with side_sets().
+/// Every infinitely sharp crease and every boundary edge once, chain by chain, for use with
+/// side_sets().
 CurveSampling curve_sites(const mesh::Topology& topology);
 
 /// Vertices with a fixed limit point: infinitely sharp ones and ends of three or more sharp edges.

@@ -23,17 +23,21 @@ void weigh(const SampleWeights& weights, Points& rows) {
 
 StepOperator::StepOperator(const subd::LimitOperator& samples, const SampleWeights& weights,
                            const subd::LimitOperator& bending, double fairness, double damping,
-                           const std::vector<char>& free)
+                           const PointConstraints& constraints)
     : samples_(samples),
       weights_(weights),
       bending_(bending),
       root_fairness_(std::sqrt(fairness)),
       root_damping_(std::sqrt(damping)),
-      scale_(samples.columns()) {
+      constraints_(constraints) {
     const Eigen::VectorXd squares = samples.column_squares() + fairness * bending.column_squares();
-    for (Eigen::Index v = 0; v < scale_.size(); ++v) {
-        scale_[v] =
-            free[std::size_t(v)] != 0 && squares[v] > 0.0 ? 1.0 / std::sqrt(squares[v]) : 0.0;
+    scale_ = squares.replicate<1, 3>();
+    constraints.gather(scale_);
+    for (Eigen::Index v = 0; v < scale_.rows(); ++v) {
+        for (int c = 0; c < 3; ++c) {
+            const bool held = (constraints.held[std::size_t(v)] >> c & 1) != 0;
+            scale_(v, c) = !held && scale_(v, c) > 0.0 ? 1.0 / std::sqrt(scale_(v, c)) : 0.0;
+        }
     }
 }
 
@@ -43,7 +47,7 @@ Eigen::Index StepOperator::rows() const {
 
 void StepOperator::apply(const Points& x, Points& y) const {
     y.resize(rows(), 3);
-    scaled_ = scale_.asDiagonal() * x;
+    scaled_ = displacements(x);
     samples_.apply(scaled_, part_);
     weigh(weights_, part_);
     y.topRows(samples_.rows()) = part_;
@@ -58,7 +62,9 @@ void StepOperator::apply_transposed(const Points& y, Points& x) const {
     samples_.apply_transposed(part_, x);
     part_ = root_fairness_ * y.middleRows(samples_.rows(), bending_.rows());
     bending_.apply_transposed(part_, sum_);
-    x = scale_.asDiagonal() * (x + sum_) + root_damping_ * y.bottomRows(columns());
+    x += sum_;
+    constraints_.gather(x);
+    x = x.cwiseProduct(scale_) + root_damping_ * y.bottomRows(columns());
 }
 
 Points StepOperator::right_side(const Points& sample_changes, const Points& points) const {
@@ -71,6 +77,10 @@ Points StepOperator::right_side(const Points& sample_changes, const Points& poin
     return b;
 }
 
-Points StepOperator::displacements(const Points& x) const { return scale_.asDiagonal() * x; }
+Points StepOperator::displacements(const Points& x) const {
+    Points moved = x.cwiseProduct(scale_);
+    constraints_.follow(moved);
+    return moved;
+}
 
 }  // namespace patchwright::fit

@@ -1,6 +1,8 @@
 // The linear least-squares problem of one step of a fit.
 #pragma once
 
+#include "fit/constraints.h"
+
 #include <patchwright/fit/cgls.h>
 #include <patchwright/subd/limit_operator.h>
 
@@ -20,15 +22,14 @@ struct SampleWeights {
 void weigh(const SampleWeights& weights, geom::Points& rows);
 
 /// Rows: weighted samples, bending of the surface, damping of the step. Unknowns are displacements
-/// of the control points divided by column_scale(), so that all columns have about the same length.
+/// of the control points scaled so that all columns have about the same length.
 class StepOperator final : public LinearOperator {
   public:
     /// @param fairness  factor of the bending energy
     /// @param damping   factor of the squared scaled step (Levenberg, Marquardt)
-    /// @param free      0 for control points that are held
     StepOperator(const subd::LimitOperator& samples, const SampleWeights& weights,
                  const subd::LimitOperator& bending, double fairness, double damping,
-                 const std::vector<char>& free);
+                 const PointConstraints& constraints);
 
     [[nodiscard]] Eigen::Index rows() const override;
     [[nodiscard]] Eigen::Index columns() const override { return samples_.columns(); }
@@ -47,7 +48,8 @@ class StepOperator final : public LinearOperator {
     const subd::LimitOperator& bending_;
     double root_fairness_;
     double root_damping_;
-    Eigen::VectorXd scale_;  // zero where held
+    const PointConstraints& constraints_;
+    geom::Points scale_;  // zero where held
     // Products are made one after the other; the buffers spare their allocation.
     mutable geom::Points scaled_, part_, sum_;
 };

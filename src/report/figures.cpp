@@ -82,6 +82,21 @@ class SectionWriter {
                 "{} vertices, {} projections, {} CGLS steps: max {}, rms {}, {:.2f} s", l.vertices,
                 l.projections, l.cgls_steps, length(l.max_mm), length(l.rms_mm), l.seconds);
         }
+        if (f.levels.empty()) return;
+        const fit::FitLevel& best = f.levels[std::size_t(f.best_level)];
+        if (f.best_level + 1 < static_cast<int>(f.levels.size()))
+            row("taken", "level {}: later ones came no nearer", f.best_level);
+        if (best.chains_on_features > 0) {
+            row("sharp chains", "{} on the input's, {} from them at most", best.chains_on_features,
+                relative(best.curve_max_mm));
+        }
+        if (f.symmetry_axis >= 0) row("symmetry", "plane {} = 0 kept", "xyz"[f.symmetry_axis]);
+        row("fairness",
+            "curvature variation {:.4g} to {:.4g}, skew {:.3f} to {:.3f}, uneven {:.3f} "
+            "to {:.3f}, least angle {:.1f} to {:.1f} degrees",
+            f.before.curvature_variation, f.after.curvature_variation, f.before.skew, f.after.skew,
+            f.before.uneven_spacing, f.after.uneven_spacing,
+            f.before.least_angle_rad * 180.0 / M_PI, f.after.least_angle_rad * 180.0 / M_PI);
     }
     void patches(const PatchFigures& p) {
         sections_.push_back({"Patches", {}});

@@ -87,9 +87,23 @@ class Writer {
                               {"cgls_steps", l.cgls_steps},
                               {"rms", length(l.rms_mm)},
                               {"max", length(l.max_mm)},
+                              {"curve_max", length(l.curve_max_mm)},
+                              {"chains_on_features", l.chains_on_features},
+                              {"local", l.local},
                               {"seconds", l.seconds}});
         }
-        return {{"tolerance", length(f.tolerance)}, {"met", f.met}, {"levels", levels}};
+        const auto fairness = [](const fit::Fairness& fair) {
+            return Json{{"curvature_variation", fair.curvature_variation},
+                        {"skew", fair.skew},
+                        {"least_angle_deg", fair.least_angle_rad * 180.0 / M_PI},
+                        {"uneven_spacing", fair.uneven_spacing}};
+        };
+        return {{"tolerance", length(f.tolerance)},
+                {"met", f.met},
+                {"symmetry", f.symmetry_axis < 0 ? "none" : std::string(1, "xyz"[f.symmetry_axis])},
+                {"levels", levels},
+                {"best_level", f.best_level},
+                {"fairness", {{"before", fairness(f.before)}, {"after", fairness(f.after)}}}};
     }
     Json spread(const grid::Spread& s, double factor = 1.0) const {
         return {{"worst", s.worst * factor}, {"mean", s.mean * factor},  {"count", s.count},

@@ -84,9 +84,6 @@ class LimitReference final : public geom::ReferenceSurface {
         }
         return best;
     }
-    std::optional<geom::FeaturePoint> feature_point(const Vec3&, geom::FeatureKind) const override {
-        return std::nullopt;
-    }
 
   private:
     mesh::Cage cage_;

@@ -19,10 +19,6 @@ class Sphere final : public geom::ReferenceSurface {
         const geom::Vec3 n = q.normalized();
         return {radius_ * n, n, std::abs(q.norm() - radius_), 0};
     }
-    std::optional<geom::FeaturePoint> feature_point(const geom::Vec3&,
-                                                    geom::FeatureKind) const override {
-        return std::nullopt;
-    }
 
   private:
     double radius_;
@@ -42,10 +38,6 @@ class Torus final : public geom::ReferenceSurface {
         const geom::Vec3 n = (q - ring).normalized();
         return {ring + minor_ * n, n, std::abs((q - ring).norm() - minor_), 0};
     }
-    std::optional<geom::FeaturePoint> feature_point(const geom::Vec3&,
-                                                    geom::FeatureKind) const override {
-        return std::nullopt;
-    }
 
   private:
     double major_, minor_;
@@ -54,6 +46,7 @@ class Torus final : public geom::ReferenceSurface {
 /// The plane z = 0 inside the unit circle, whose rim is a free edge.
 class Disc final : public geom::ReferenceSurface {
   public:
+    Disc() { features_.curves.push_back({geom::FeatureKind::Free, 2 * M_PI, true}); }
     geom::Box3 bounds() const override { return {geom::Vec3(-1, -1, 0), geom::Vec3(1, 1, 0)}; }
     geom::FootPoint foot_point(const geom::Vec3& q,
                                const std::optional<geom::Vec3>&) const override {
@@ -61,43 +54,85 @@ class Disc final : public geom::ReferenceSurface {
         if (p.norm() > 1) p.normalize();
         return {p, geom::Vec3::UnitZ(), (q - p).norm(), 0};
     }
-    std::optional<geom::FeaturePoint> feature_point(const geom::Vec3& q,
-                                                    geom::FeatureKind kind) const override {
-        if (kind != geom::FeatureKind::Free) return std::nullopt;
-        const geom::Vec3 p = geom::Vec3(q.x(), q.y(), 0).normalized();
-        return geom::FeaturePoint{p, (q - p).norm(), 0, 0.0, geom::Vec3(-p.y(), p.x(), 0)};
+    const geom::Features& features() const override { return features_; }
+    geom::FeaturePoint nearest_on_curve(
+        int, const geom::Vec3& q, const std::optional<geom::ArcRange>& within) const override {
+        double angle = std::atan2(q.y(), q.x());
+        if (within) {
+            while (angle < within->from) angle += 2 * M_PI;
+            if (angle > within->to) {
+                const double beyond = angle - within->to;
+                angle = beyond < within->from + 2 * M_PI - angle ? within->to : within->from;
+            }
+        }
+        geom::FeaturePoint hit = point_on_curve(0, angle);
+        hit.distance = (hit.point - q).norm();
+        return hit;
     }
+    geom::FeaturePoint point_on_curve(int, double s) const override {
+        return {geom::Vec3(std::cos(s), std::sin(s), 0), 0.0, 0, s,
+                geom::Vec3(-std::sin(s), std::cos(s), 0)};
+    }
+
+  private:
+    geom::Features features_;
 };
 
-/// The surface of the cube [-1, 1]^3 with its 12 sharp edges and 8 corners.
+/// A box around the origin with its 12 sharp edges and 8 corners. Corner i is at (i & 1, i >> 1 &
+/// 1, i >> 2) * 2 - 1, times the half sizes.
 class Box final : public geom::ReferenceSurface {
   public:
-    geom::Box3 bounds() const override {
-        return {geom::Vec3::Constant(-1), geom::Vec3::Constant(1)};
+    explicit Box(const geom::Vec3& half = geom::Vec3::Ones()) : half_(half) {
+        features_.corners.resize(8);
+        for (int i = 0; i < 8; ++i) {
+            features_.corners[std::size_t(i)].point = half.cwiseProduct(
+                geom::Vec3(2 * (i & 1) - 1, 2 * (i >> 1 & 1) - 1, 2 * (i >> 2) - 1));
+        }
+        for (int i = 0; i < 8; ++i) {
+            for (int axis = 0; axis < 3; ++axis) {
+                if ((i >> axis & 1) != 0) continue;
+                const int curve = static_cast<int>(features_.curves.size());
+                geom::FeatureCurve edge;
+                edge.length = 2 * half[axis];
+                edge.start_corner = i;
+                edge.end_corner = i | 1 << axis;
+                for (const int c : {edge.start_corner, edge.end_corner})
+                    features_.corners[std::size_t(c)].curves.push_back(curve);
+                edge.start = features_.corners[std::size_t(i)].point;
+                edge.end = features_.corners[std::size_t(edge.end_corner)].point;
+                features_.curves.push_back(edge);
+            }
+        }
     }
+    geom::Box3 bounds() const override { return {-half_, half_}; }
     geom::FootPoint foot_point(const geom::Vec3& q,
                                const std::optional<geom::Vec3>&) const override {
-        geom::Vec3 p = q.cwiseMax(-1).cwiseMin(1);
+        geom::Vec3 p = q.cwiseMax(-half_).cwiseMin(half_);
         int axis = 0;
-        p.cwiseAbs().maxCoeff(&axis);
-        p[axis] = std::copysign(1.0, p[axis]);
-        return {p, geom::Vec3::Unit(axis) * p[axis], (q - p).norm(), axis};
+        (half_ - p.cwiseAbs()).minCoeff(&axis);
+        p[axis] = std::copysign(half_[axis], p[axis]);
+        return {p, geom::Vec3::Unit(axis) * std::copysign(1.0, p[axis]), (q - p).norm(), axis};
     }
-    std::optional<geom::FeaturePoint> feature_point(const geom::Vec3& q,
-                                                    geom::FeatureKind kind) const override {
-        if (kind == geom::FeatureKind::Free || kind == geom::FeatureKind::Smooth)
-            return std::nullopt;
-        geom::Vec3 p = q.cwiseMax(-1).cwiseMin(1);
-        int inner = 0;
-        p.cwiseAbs().minCoeff(&inner);
-        for (int axis = 0; axis < 3; ++axis) {
-            if (axis != inner || kind == geom::FeatureKind::Corner)
-                p[axis] = std::copysign(1.0, q[axis]);
-        }
-        const bool corner = kind == geom::FeatureKind::Corner;
-        const geom::Vec3 tangent = corner ? geom::Vec3::Zero().eval() : geom::Vec3::Unit(inner);
-        return geom::FeaturePoint{p, (q - p).norm(), 0, 0.0, tangent};
+    const geom::Features& features() const override { return features_; }
+    geom::FeaturePoint nearest_on_curve(
+        int curve, const geom::Vec3& q,
+        const std::optional<geom::ArcRange>& within) const override {
+        const geom::FeatureCurve& c = features_.curves[std::size_t(curve)];
+        const double s = std::clamp((q - c.start).dot((c.end - c.start) / c.length),
+                                    within ? within->from : 0.0, within ? within->to : c.length);
+        geom::FeaturePoint hit = point_on_curve(curve, s);
+        hit.distance = (hit.point - q).norm();
+        return hit;
     }
+    geom::FeaturePoint point_on_curve(int curve, double s) const override {
+        const geom::FeatureCurve& c = features_.curves[std::size_t(curve)];
+        const geom::Vec3 tangent = (c.end - c.start) / c.length;
+        return {c.start + s * tangent, 0.0, curve, s, tangent};
+    }
+
+  private:
+    geom::Vec3 half_;
+    geom::Features features_;
 };
 
 }  // namespace patchwright::test

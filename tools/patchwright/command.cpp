@@ -108,7 +108,19 @@ void add_fit_options(CLI::App& command, FitCommandOptions& options) {
                     "unit of the cage's numbers: mm, cm, m, in, ft")
         ->capture_default_str();
     command.add_option("--max-levels", options.max_levels, "refinements of the cage at most")
-        ->check(CLI::Range(0, 8))
+        ->check(CLI::Range(0, 20))
+        ->capture_default_str();
+    command
+        .add_option("--refine", options.refine,
+                    "where the cage is too coarse: local (strips of quads there are split "
+                    "lengthwise) or global (every face in four)")
+        ->check(CLI::IsMember({"local", "global"}))
+        ->capture_default_str();
+    command
+        .add_option("--symmetry", options.symmetry,
+                    "plane that a half model ends on: x, y or z (where that coordinate is 0), "
+                    "detect or none")
+        ->check(CLI::IsMember({"detect", "x", "y", "z", "none"}))
         ->capture_default_str();
 }
 
@@ -267,6 +279,16 @@ void compare_models(Run& run, const occ::CadReference& output, const occ::CadRef
         .sharp_input_to_output = occ::measure_feature_deviation(input, output, kind)};
 }
 
+namespace {
+
+fit::Symmetry symmetry_option(const std::string& name) {
+    if (name == "none") return fit::Symmetry::None;
+    if (name == "detect") return fit::Symmetry::Detect;
+    return name == "x" ? fit::Symmetry::X : name == "y" ? fit::Symmetry::Y : fit::Symmetry::Z;
+}
+
+}  // namespace
+
 mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const occ::CadReference& reference,
                     const FitCommandOptions& options) {
     const double diagonal = reference.bounds().diagonal();
@@ -279,14 +301,22 @@ mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const occ::CadReference& r
                         size_ratio, options.cage_unit));
     }
     // The fit looks at its own samples; the rest of the tolerance is for what lies between them.
-    fit::FitResult result = fit::fit(cage, reference,
-                                     {.tolerance_mm = 0.8 * tolerance,
-                                      .max_levels = options.max_levels,
-                                      .progress = run.progress()});
-    run.report.fit = report::FitFigures{
-        .tolerance = tolerance,
-        .met = !result.levels.empty() && result.levels.back().max_mm <= tolerance,
-        .levels = result.levels};
+    fit::FitResult result = fit::fit(
+        cage, reference,
+        {.tolerance_mm = 0.8 * tolerance,
+         .refinement = options.refine == "local" ? fit::Refinement::Local : fit::Refinement::Global,
+         .max_levels = options.max_levels,
+         .symmetry = symmetry_option(options.symmetry),
+         .progress = run.progress()});
+    const fit::FitLevel& best = result.levels[std::size_t(result.best_level)];
+    run.report.fit =
+        report::FitFigures{.tolerance = tolerance,
+                           .met = std::max(best.max_mm, best.curve_max_mm) <= tolerance,
+                           .best_level = result.best_level,
+                           .symmetry_axis = result.symmetry_axis,
+                           .before = fit::measure_fairness(cage),
+                           .after = fit::measure_fairness(result.cage),
+                           .levels = result.levels};
     run.end_stage("fit");
     return std::move(result.cage);
 }

@@ -55,7 +55,9 @@ void add_output_options(CLI::App& command, OutputOptions& options);
 struct FitCommandOptions {
     std::string tolerance = "1e-4rel";
     std::string cage_unit = "mm";
-    int max_levels = 4;
+    std::string refine = "local";
+    std::string symmetry = "detect";
+    int max_levels = 12;
 };
 
 void add_fit_options(CLI::App& command, FitCommandOptions& options);

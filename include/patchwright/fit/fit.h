@@ -10,13 +10,23 @@
 
 namespace patchwright::fit {
 
+/// A plane through the origin that a half model ends on.
+enum class Symmetry { None, Detect, X, Y, Z };
+
+/// How a cage grows.
+enum class Refinement {
+    Global,  ///< every face is split in four, which leaves the limit surface as it is
+    Local    ///< strips of quads across places that are too coarse are split lengthwise
+};
+
 struct FitOptions {
     double tolerance_mm = 0.1;  ///< largest allowed distance of limit points to the reference
-    int max_levels = 4;         ///< Catmull-Clark refinements at most
+    Refinement refinement = Refinement::Local;
+    int max_levels = 12;        ///< refinements at most
     int max_vertices = 200000;  ///< no refinement beyond this many control points
-    /// Refining ends when a level leaves more than this share of the maximum of the one before:
-    /// what is left then is a feature that the cage lacks. Smooth regions gain a factor of four to
-    /// sixteen.
+    /// A face that was split and still has more than this share of its distance is given one more
+    /// chance, then none: what is left there is a feature that the cage lacks. Smooth regions gain
+    /// a factor of four to sixteen.
     double least_gain = 0.6;
     int max_projections =
         30;  ///< project-and-solve rounds on one level; half as many on its curves
@@ -27,9 +37,12 @@ struct FitOptions {
     double fairness = 1e-2;
     /// A chain of crease or boundary edges belongs to the features of its kind when its mean
     /// distance from them is at most this fraction of the reference's diagonal, or a tenth of its
-    /// own length; else it is fitted like the surface. Corners farther from a feature corner than
-    /// this fraction are not put there.
+    /// own length; else it is fitted like the surface. Corners reach this far for corners of the
+    /// reference, or a quarter of their shortest chain.
     double feature_reach_rel = 0.05;
+    /// Control points on the plane stay on it; where the reference meets it at right angles all
+    /// along a chain of sharp edges, the limit surface does so exactly.
+    Symmetry symmetry = Symmetry::Detect;
     base::Progress progress;
 };
 
@@ -37,28 +50,33 @@ struct FitOptions {
 struct FitLevel {
     int vertices = 0;
     int faces = 0;
+    bool local = false;  ///< made by splitting some strips of the level before
     int samples = 0;
     int projections = 0;
     int cgls_steps = 0;
     double rms_mm = 0.0;
     double max_mm = 0.0;
+    double curve_max_mm = 0.0;  ///< of chains from the feature curves that they belong to
+    int chains_on_features = 0;
     double seconds = 0.0;
 };
 
 struct FitResult {
-    mesh::Cage cage;  ///< refined as often as there are levels beyond the first
+    mesh::Cage cage;
     bool met = false;
+    int best_level = 0;      ///< the one whose cage this is: no later one came nearer
+    int symmetry_axis = -1;  ///< of the symmetry plane that was kept; -1: none
     std::vector<FitLevel> levels;
 };
 
 /// Moves the control points so that the limit surface lies on the reference: samples inside the
-/// faces go to their foot points (on the side their own normal faces), samples of infinitely sharp
-/// creases to the nearest sharp feature, of boundaries to the nearest free one, corners to the
-/// nearest feature corner. Steps minimise distances along normals (tangent distance) and bending;
-/// one that makes things worse is not taken. Crease and boundary control points are solved first,
-/// for their own curves, and then held. Pinned control points do not move. Points at tagged sectors
-/// are settled after each level (see subd::control_normals). Missing the tolerance is an answer:
-/// see FitResult::met.
+/// faces go to their foot points (on the side their own normal faces); chains of infinitely sharp
+/// edges to the sharp feature curves that lie along them, boundaries to free ones, corners to
+/// feature corners, where they then end exactly. Steps minimise distances along normals (tangent
+/// distance) and bending; one that makes things worse is not taken. Crease and boundary control
+/// points are solved first, for their own curves, and then held. Pinned control points do not move.
+/// Points at tagged sectors are settled after each level (see subd::control_normals). Missing the
+/// tolerance is an answer: see FitResult::met.
 /// @throw InvalidArgument when an option is out of range
 /// @throw Cancelled when the progress callback says so
 FitResult fit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,

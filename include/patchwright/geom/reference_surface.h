@@ -33,10 +33,6 @@ class ReferenceSurface {
     [[nodiscard]] virtual FootPoint foot_point(
         const Vec3& query, const std::optional<Vec3>& side = std::nullopt) const = 0;
 
-    /// Nearest point among the features of one kind; empty when the shape has none.
-    [[nodiscard]] virtual std::optional<FeaturePoint> feature_point(const Vec3& query,
-                                                                    FeatureKind kind) const = 0;
-
     /// All feature curves and corners; none unless a shape says otherwise.
     [[nodiscard]] virtual const Features& features() const;
 

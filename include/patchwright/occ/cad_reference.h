@@ -61,8 +61,9 @@ class CadReference final : public geom::ReferenceSurface {
     /// @throw InvalidArgument when the answer names no face of this reference
     [[nodiscard]] std::optional<Curvature> curvature(const geom::FootPoint& foot) const;
 
-    [[nodiscard]] std::optional<geom::FeaturePoint> feature_point(
-        const geom::Vec3& query, geom::FeatureKind kind) const override;
+    /// Nearest point among the features of one kind; empty when the model has none.
+    [[nodiscard]] std::optional<geom::FeaturePoint> feature_point(const geom::Vec3& query,
+                                                                  geom::FeatureKind kind) const;
     [[nodiscard]] const geom::Features& features() const override;
     [[nodiscard]] geom::FeaturePoint nearest_on_curve(
         int curve, const geom::Vec3& query,

@@ -3,6 +3,7 @@
 
 #include <patchwright/base/units.h>
 #include <patchwright/fit/deviation.h>
+#include <patchwright/fit/fairness.h>
 #include <patchwright/fit/fit.h>
 #include <patchwright/grid/quality.h>
 #include <patchwright/mesh/cage.h>
@@ -32,6 +33,9 @@ struct InputFigures {
 struct FitFigures {
     double tolerance = 0.0;
     bool met = false;
+    int best_level = 0;      ///< the one that was taken, from 0
+    int symmetry_axis = -1;  ///< of the symmetry plane that was kept; -1: none
+    fit::Fairness before, after;
     std::vector<fit::FitLevel> levels;
 };
 

@@ -1,0 +1,42 @@
+// What a step of the fit must leave alone.
+#pragma once
+
+#include <patchwright/geom/types.h>
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace patchwright::fit {
+
+/// Control points may be held in single coordinates, or follow another one.
+struct PointConstraints {
+    static constexpr std::uint8_t all = 7;
+
+    std::vector<std::uint8_t> held;  ///< by vertex: bit c for coordinate c
+    /// First follows second in the two coordinates that are not `axis`: the surface then meets the
+    /// plane of the second ones at right angles. No second is a first.
+    std::vector<std::pair<int, int>> followers;
+    int axis = 0;
+
+    /// Adds each follower's part to what it follows, and takes it away there: the transpose of
+    /// `follow`.
+    void gather(geom::Points& rows) const {
+        for (const auto& [v, leader] : followers) {
+            for (int c = 0; c < 3; ++c) {
+                if (c == axis) continue;
+                rows(leader, c) += rows(v, c);
+                rows(v, c) = 0.0;
+            }
+        }
+    }
+    void follow(geom::Points& rows) const {
+        for (const auto& [v, leader] : followers) {
+            for (int c = 0; c < 3; ++c) {
+                if (c != axis) rows(v, c) = rows(leader, c);
+            }
+        }
+    }
+};
+
+}  // namespace patchwright::fit

@@ -1,0 +1,378 @@
+#include "fit/feature_match.h"
+
+#include "fit/assignment.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <map>
+#include <optional>
+
+namespace patchwright::fit {
+
+namespace {
+
+using geom::FeatureKind;
+using geom::Features;
+using geom::Points;
+using geom::Vec3;
+using mesh::VertexId;
+using Polyline = std::vector<Vec3>;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr int piece_samples = 16;
+
+double length_of(const Polyline& line) {
+    double length = 0.0;
+    for (std::size_t i = 1; i < line.size(); ++i) length += (line[i] - line[i - 1]).norm();
+    return length;
+}
+
+/// Not more than a few points, the first and the last among them.
+Polyline thinned(const Polyline& line) {
+    constexpr std::size_t most = 128;
+    if (line.size() <= most) return line;
+    Polyline result;
+    for (std::size_t i = 0; i < most; ++i) {
+        result.push_back(line[i * (line.size() - 1) / (most - 1)]);
+    }
+    return result;
+}
+
+double distance_to(const Polyline& line, const Vec3& q) {
+    double best = infinity;
+    for (std::size_t i = 1; i < line.size(); ++i) {
+        const Vec3 along = line[i] - line[i - 1];
+        const double square = along.squaredNorm();
+        const double t =
+            square > 0.0 ? std::clamp((q - line[i - 1]).dot(along) / square, 0.0, 1.0) : 0.0;
+        best = std::min(best, (line[i - 1] + t * along - q).norm());
+    }
+    return best;
+}
+
+/// A place where paths begin or end: a corner of the reference or a point of one of its curves.
+struct Stop {
+    int corner = -1;
+    int curve = -1;
+    double arc_length = 0.0;
+    Vec3 point = Vec3::Zero();
+};
+
+struct Candidate {
+    FeaturePath path;
+    double score = infinity;
+};
+
+class ChainMatcher {
+  public:
+    ChainMatcher(const geom::ReferenceSurface& reference, FeatureKind kind, double reach)
+        : reference_(reference), features_(reference.features()), kind_(kind), reach_(reach) {}
+
+    /// @param ends  the corners of the reference that the chain's ends have, if any
+    FeaturePath match(Polyline line, bool closed, std::array<int, 2> ends,
+                      std::array<Stop, 2>& stops) const {
+        if (closed) line.push_back(line.front());
+        const std::array<Vec3, 2> at{line.front(), line.back()};
+        for (std::size_t k = 0; k < 2; ++k) {
+            std::optional<Stop> stop;
+            if (ends[k] >= 0) {
+                const Vec3 point = features_.corners[std::size_t(ends[k])].point;
+                stop = Stop{ends[k], -1, 0.0, point};
+            } else {
+                stop = nearest_stop(at[k]);
+            }
+            if (!stop) return {};
+            stops[k] = *stop;
+        }
+        const double length = length_of(line);
+        move_ends(line, ends, stops);
+        const bool loop = closed || (ends[0] >= 0 && ends[0] == ends[1]);
+        Candidate best;
+        if (!loop) best = candidate(line, {0.0, 1.0}, stops);
+        // A way round may be what the chain follows, though there is a shorter one.
+        const Candidate round = candidate(line, {0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0}, stops);
+        if (round.score < 0.7 * best.score) best = round;
+        const double allowed = std::max(reach_, 0.1 * length);
+        return mean_distance_to(best.path, line) <= allowed ? best.path : FeaturePath{};
+    }
+
+  private:
+    /// The chain goes where its ends go.
+    static void move_ends(Polyline& line, std::array<int, 2> ends,
+                          const std::array<Stop, 2>& stops) {
+        const Vec3 first = ends[0] >= 0 ? Vec3(stops[0].point - line.front()) : Vec3::Zero();
+        const Vec3 last = ends[1] >= 0 ? Vec3(stops[1].point - line.back()) : Vec3::Zero();
+        const double whole = length_of(line);
+        if (!(whole > 0.0)) return;
+        double passed = 0.0;
+        Vec3 before = line.front();
+        for (Vec3& p : line) {
+            passed += (p - before).norm();
+            before = p;
+            p += (1.0 - passed / whole) * first + passed / whole * last;
+        }
+    }
+
+    /// The part of a line between two shares of its length.
+    static Polyline part_of(const Polyline& line, double from, double to) {
+        const double whole = length_of(line);
+        Polyline part;
+        double passed = 0.0;
+        for (std::size_t i = 1; i < line.size(); ++i) {
+            const Vec3 along = line[i] - line[i - 1];
+            const double step = along.norm();
+            const double first = std::clamp((from * whole - passed) / step, 0.0, 1.0);
+            const double last = std::clamp((to * whole - passed) / step, 0.0, 1.0);
+            passed += step;
+            if (!(step > 0.0) || !(last > first)) continue;
+            if (part.empty()) part.emplace_back(line[i - 1] + first * along);
+            part.emplace_back(line[i - 1] + last * along);
+        }
+        return part.empty() ? Polyline{line.front(), line.back()} : part;
+    }
+
+    [[nodiscard]] std::optional<Stop> nearest_stop(const Vec3& q) const {
+        std::optional<Stop> best;
+        double distance = infinity;
+        for (std::size_t c = 0; c < features_.curves.size(); ++c) {
+            if (features_.curves[c].kind != kind_) continue;
+            const auto hit = reference_.nearest_on_curve(int(c), q);
+            if (hit.distance >= distance) continue;
+            distance = hit.distance;
+            best = Stop{-1, int(c), hit.arc_length, hit.point};
+        }
+        return best;
+    }
+
+    /// The path whose sections between these shares of the chain are the best for each.
+    [[nodiscard]] Candidate candidate(const Polyline& line, const std::vector<double>& shares,
+                                      const std::array<Stop, 2>& ends) const {
+        Candidate result;
+        Stop from = ends[0];
+        for (std::size_t i = 1; i < shares.size(); ++i) {
+            const Polyline section = part_of(line, shares[i - 1], shares[i]);
+            const auto to =
+                i + 1 == shares.size() ? std::optional(ends[1]) : nearest_stop(section.back());
+            const auto way = to ? shortest_path(section, from, *to) : std::nullopt;
+            if (!way) return {};
+            result.path.insert(result.path.end(), way->begin(), way->end());
+            from = *to;
+        }
+        if (result.path.empty()) return {};
+        double length = 0.0, sum = 0.0;
+        for (const FeaturePiece& piece : result.path) {
+            const double piece_length = piece.range.to - piece.range.from;
+            length += piece_length;
+            sum += piece_length * mean_distance(piece, line);
+        }
+        result.score = (length > 0.0 ? sum / length : 0.0) + mean_distance_to(result.path, line);
+        return result;
+    }
+
+    /// From a piece to the chain.
+    [[nodiscard]] double mean_distance(const FeaturePiece& piece, const Polyline& line) const {
+        double sum = 0.0;
+        for (int k = 0; k < piece_samples; ++k) {
+            const double s =
+                piece.range.from + (k + 0.5) / piece_samples * (piece.range.to - piece.range.from);
+            sum += distance_to(line, reference_.point_on_curve(piece.curve, s).point);
+        }
+        return sum / piece_samples;
+    }
+
+    /// From the chain to a path.
+    [[nodiscard]] double mean_distance_to(const FeaturePath& path, const Polyline& line) const {
+        if (path.empty()) return infinity;
+        double sum = 0.0;
+        for (const Vec3& p : line) sum += nearest_on_path(reference_, path, p).distance;
+        return sum / double(line.size());
+    }
+
+    struct Link {
+        int to;
+        FeaturePiece piece;
+    };
+
+    /// The pieces of all curves of the kind between corners and these two stops, which are nodes
+    /// 0 and 1; corner c is node c + 2.
+    [[nodiscard]] std::vector<std::vector<Link>> links(const Stop& from, const Stop& to) const {
+        std::vector<std::vector<Link>> result(features_.corners.size() + 2);
+        for (std::size_t c = 0; c < features_.curves.size(); ++c) {
+            const geom::FeatureCurve& curve = features_.curves[c];
+            if (curve.kind != kind_) continue;
+            std::vector<std::pair<double, int>> nodes;
+            if (curve.start_corner >= 0) nodes.emplace_back(0.0, curve.start_corner + 2);
+            if (from.curve == int(c)) nodes.emplace_back(from.arc_length, 0);
+            if (to.curve == int(c)) nodes.emplace_back(to.arc_length, 1);
+            if (curve.end_corner >= 0) nodes.emplace_back(curve.length, curve.end_corner + 2);
+            std::stable_sort(nodes.begin(), nodes.end(),
+                             [](const auto& a, const auto& b) { return a.first < b.first; });
+            if (curve.closed && curve.start_corner < 0 && !nodes.empty()) {
+                nodes.emplace_back(nodes.front().first + curve.length, nodes.front().second);
+            }
+            for (std::size_t i = 1; i < nodes.size(); ++i) {
+                const FeaturePiece piece{int(c), {nodes[i - 1].first, nodes[i].first}};
+                result[std::size_t(nodes[i - 1].second)].push_back({nodes[i].second, piece});
+                result[std::size_t(nodes[i].second)].push_back({nodes[i - 1].second, piece});
+            }
+        }
+        return result;
+    }
+
+    /// The way along curves whose distance from the chain, summed along the way, is least.
+    [[nodiscard]] std::optional<FeaturePath> shortest_path(const Polyline& line, const Stop& from,
+                                                           const Stop& to) const {
+        const auto graph = links(from, to);
+        const auto node = [](const Stop& stop, int other) {
+            return std::size_t(stop.corner >= 0 ? stop.corner + 2 : other);
+        };
+        const std::size_t start = node(from, 0), goal = node(to, 1);
+        std::vector<double> cost(graph.size(), infinity);
+        std::vector<std::pair<std::size_t, FeaturePiece>> back(graph.size());
+        std::vector<char> done(graph.size(), 0);
+        cost[start] = 0.0;
+        for (;;) {
+            std::size_t at = graph.size();
+            for (std::size_t n = 0; n < graph.size(); ++n) {
+                if (done[n] == 0 && cost[n] < infinity &&
+                    (at == graph.size() || cost[n] < cost[at]))
+                    at = n;
+            }
+            if (at == graph.size()) return std::nullopt;
+            if (at == goal) break;
+            done[at] = 1;
+            for (const Link& link : graph[at]) {
+                const auto next = std::size_t(link.to);
+                if (done[next] != 0) continue;
+                const double length = link.piece.range.to - link.piece.range.from;
+                const double sum =
+                    cost[at] + length * (mean_distance(link.piece, line) + 1e-3 * reach_);
+                if (sum >= cost[next]) continue;
+                cost[next] = sum;
+                back[next] = {at, link.piece};
+            }
+        }
+        FeaturePath path;
+        for (std::size_t n = goal; n != start; n = back[n].first) {
+            const FeaturePiece& piece = back[n].second;
+            if (piece.range.to > piece.range.from) path.push_back(piece);
+        }
+        std::reverse(path.begin(), path.end());
+        return path;
+    }
+
+    const geom::ReferenceSurface& reference_;
+    const Features& features_;
+    FeatureKind kind_;
+    double reach_;
+};
+
+/// @param lengths  of the chains at a vertex, the shortest
+std::map<VertexId, int> match_corners(const std::vector<VertexId>& vertices, const Points& points,
+                                      const std::map<VertexId, double>& lengths,
+                                      const Features& features, double reach) {
+    Eigen::MatrixXd cost(Eigen::Index(vertices.size()), Eigen::Index(features.corners.size()));
+    Eigen::VectorXd without(cost.rows());
+    for (Eigen::Index i = 0; i < cost.rows(); ++i) {
+        const Vec3 at = points.row(vertices[std::size_t(i)].value).transpose();
+        const auto length = lengths.find(vertices[std::size_t(i)]);
+        const double far = std::max(reach, length == lengths.end() ? 0.0 : 0.25 * length->second);
+        without[i] = far * far;
+        for (Eigen::Index j = 0; j < cost.cols(); ++j) {
+            const double d = (features.corners[std::size_t(j)].point - at).norm();
+            cost(i, j) = d <= far ? d * d : infinity;
+        }
+    }
+    // Rather a corner at the end of its reach than none; none is better than one beyond.
+    const double dear = 2.0 * without.sum();
+    const auto assigned = assign(cost.cwiseMin(4.0 * dear), (without.array() + dear).matrix());
+    std::map<VertexId, int> result;
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+        if (assigned[i] >= 0) result[vertices[i]] = assigned[i];
+    }
+    return result;
+}
+
+/// The chain as points, with its ends where those have a fixed place.
+Polyline chain_line(const Chain& chain, const Points& points, const Points& samples,
+                    int samples_per_site, const std::vector<VertexId>& fixed) {
+    const auto add_end = [&](Polyline& line, VertexId v) {
+        if (!chain.closed && std::find(fixed.begin(), fixed.end(), v) != fixed.end())
+            line.emplace_back(points.row(v.value).transpose());
+    };
+    Polyline line;
+    add_end(line, chain.vertices.front());
+    for (const auto& [site, backwards] : chain.sites) {
+        for (int k = 0; k < samples_per_site; ++k) {
+            const int row = site * samples_per_site + (backwards ? samples_per_site - 1 - k : k);
+            line.emplace_back(samples.row(row).transpose());
+        }
+    }
+    add_end(line, chain.vertices.back());
+    return thinned(line);
+}
+
+}  // namespace
+
+geom::FeaturePoint nearest_on_path(const geom::ReferenceSurface& reference, const FeaturePath& path,
+                                   const Vec3& query) {
+    geom::FeaturePoint best;
+    best.distance = infinity;
+    for (const FeaturePiece& piece : path) {
+        auto hit = reference.nearest_on_curve(piece.curve, query, piece.range);
+        if (hit.distance < best.distance) best = hit;
+    }
+    return best;
+}
+
+FeatureMatch match_features(const mesh::Topology& topology, const Points& points,
+                            const CurveSampling& curves, const Points& samples,
+                            int samples_per_site, const geom::ReferenceSurface& reference,
+                            double reach) {
+    const Features& features = reference.features();
+    const auto fixed = corner_vertices(topology);
+    std::vector<Polyline> lines;
+    std::map<VertexId, double> lengths;
+    for (const Chain& chain : curves.chains) {
+        lines.push_back(chain_line(chain, points, samples, samples_per_site, fixed));
+        for (const VertexId v : {chain.vertices.front(), chain.vertices.back()}) {
+            const auto [entry, added] = lengths.try_emplace(v, length_of(lines.back()));
+            entry->second = std::min(entry->second, length_of(lines.back()));
+        }
+    }
+    const auto corners = match_corners(fixed, points, lengths, features, reach);
+    FeatureMatch result;
+    std::map<VertexId, Vec3> places;
+    std::map<VertexId, bool> has_chain;
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+        const Chain& chain = curves.chains[i];
+        const std::array<VertexId, 2> ends{chain.vertices.front(), chain.vertices.back()};
+        std::array<int, 2> end_corners{-1, -1};
+        for (std::size_t k = 0; k < 2 && !chain.closed; ++k) {
+            const auto corner = corners.find(ends[k]);
+            if (corner != corners.end()) end_corners[k] = corner->second;
+        }
+        std::array<Stop, 2> stops;
+        const auto kind = chain.kind == CurveKind::Crease ? FeatureKind::Sharp : FeatureKind::Free;
+        result.paths.push_back(
+            ChainMatcher(reference, kind, reach).match(lines[i], chain.closed, end_corners, stops));
+        for (std::size_t k = 0; k < 2 && !chain.closed; ++k) {
+            if (std::find(fixed.begin(), fixed.end(), ends[k]) == fixed.end()) continue;
+            has_chain.try_emplace(ends[k], false);
+            if (result.paths.back().empty()) continue;
+            has_chain[ends[k]] = true;
+            places.try_emplace(ends[k], stops[k].point);
+        }
+    }
+    for (const auto& [vertex, corner] : corners) {
+        // A corner whose sharp edges belong to nothing is no corner of the reference.
+        const auto chain = has_chain.find(vertex);
+        if (chain != has_chain.end() && !chain->second) continue;
+        places[vertex] = features.corners[std::size_t(corner)].point;
+    }
+    for (const auto& [vertex, point] : places) result.places.push_back({vertex, point});
+    return result;
+}
+
+}  // namespace patchwright::fit

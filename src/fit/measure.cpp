@@ -1,0 +1,96 @@
+#include "fit/measure.h"
+
+#include "fit/sampling.h"
+
+#include <patchwright/base/parallel.h>
+#include <patchwright/subd/limit_operator.h>
+
+#include <algorithm>
+
+namespace patchwright::fit {
+
+namespace {
+
+using geom::Points;
+
+/// From limit points to their foot points.
+Points offsets(const subd::LimitOperator& limit_operator, const Points& points,
+               const geom::ReferenceSurface& reference) {
+    Points offset;
+    limit_operator.apply(points, offset);
+    const Points normals = limit_operator.normals(points);
+    base::parallel_for(std::size_t(offset.rows()), 64, [&](std::size_t first, std::size_t last) {
+        for (auto i = Eigen::Index(first); i < Eigen::Index(last); ++i) {
+            const auto foot = reference.foot_point(offset.row(i).transpose(),
+                                                   unit_or_none(normals.row(i).transpose()));
+            offset.row(i) = foot.point.transpose() - offset.row(i);
+        }
+    });
+    return offset;
+}
+
+void measure_surface(const mesh::Cage& cage, const geom::ReferenceSurface& reference, int n,
+                     LevelError& error) {
+    const auto sites = face_sites(*cage.topology);
+    const subd::LimitOperator limit_operator(*cage.topology, {closed_grid(n)}, sites,
+                                             subd::SampleRows::PointsAndTangents);
+    const Points offset = offsets(limit_operator, cage.points, reference);
+    for (std::size_t s = 0; s < sites.size(); ++s) {
+        FaceError& face = error.faces[sites[s].face.index()];
+        const Eigen::Index first = limit_operator.site_rows()[s];
+        const auto at = [&](int i, int j) { return offset.row(first + i * (n + 1) + j); };
+        for (int i = 0; i <= n; ++i) {
+            for (int j = 0; j <= n; ++j) {
+                const double distance = at(i, j).norm();
+                error.surface.add(distance);
+                face.max = std::max(face.max, distance);
+                if (i < n) face.change_u += (at(i + 1, j) - at(i, j)).squaredNorm();
+                if (j < n) face.change_v += (at(i, j + 1) - at(i, j)).squaredNorm();
+            }
+        }
+    }
+}
+
+void measure_curves(const mesh::Cage& cage, const LevelFit& fitted,
+                    const geom::ReferenceSurface& reference, int n, LevelError& error) {
+    const auto& sites = fitted.curves.sites;
+    const subd::LimitOperator limit_operator(*cage.topology, side_sets(n), sites);
+    Points limit;
+    limit_operator.apply(cage.points, limit);
+    std::vector<double> distance(std::size_t(limit.rows()), 0.0);
+    base::parallel_for(sites.size(), 16, [&](std::size_t first, std::size_t last) {
+        for (std::size_t s = first; s < last; ++s) {
+            const FeaturePath& path =
+                fitted.match.paths[std::size_t(fitted.curves.chain_of_site[s])];
+            if (path.empty()) continue;
+            for (auto i = std::size_t(limit_operator.site_rows()[s]);
+                 i < std::size_t(limit_operator.site_rows()[s + 1]); ++i) {
+                distance[i] =
+                    nearest_on_path(reference, path, limit.row(Eigen::Index(i)).transpose())
+                        .distance;
+            }
+        }
+    });
+    for (std::size_t s = 0; s < sites.size(); ++s) {
+        FaceError& face = error.faces[sites[s].face.index()];
+        double& side = sites[s].set % 2 == 0 ? face.curve_u : face.curve_v;
+        for (auto i = std::size_t(limit_operator.site_rows()[s]);
+             i < std::size_t(limit_operator.site_rows()[s + 1]); ++i) {
+            error.curves.add(distance[i]);
+            side = std::max(side, distance[i]);
+        }
+    }
+}
+
+}  // namespace
+
+LevelError measure(const mesh::Cage& cage, const LevelFit& fitted,
+                   const geom::ReferenceSurface& reference, int samples_per_edge) {
+    LevelError error;
+    error.faces.resize(std::size_t(cage.topology->face_count()));
+    measure_surface(cage, reference, samples_per_edge + 1, error);
+    measure_curves(cage, fitted, reference, 2 * samples_per_edge, error);
+    return error;
+}
+
+}  // namespace patchwright::fit

@@ -1,0 +1,28 @@
+// How far a fitted level is from the reference, face by face.
+#pragma once
+
+#include "fit/level_fit.h"
+
+namespace patchwright::fit {
+
+/// Of a face's samples; where a cage has other faces than quads, of all their sectors together.
+struct FaceError {
+    double max = 0.0;
+    /// How much the distance vector changes along u and along v: which direction is too coarse.
+    double change_u = 0.0, change_v = 0.0;
+    /// Largest distances of chains on sides along u and along v from their features.
+    double curve_u = 0.0, curve_v = 0.0;
+
+    [[nodiscard]] double largest() const { return std::max({max, curve_u, curve_v}); }
+};
+
+struct LevelError {
+    Distances surface, curves;
+    std::vector<FaceError> faces;
+};
+
+/// On a grid over all faces, borders included and denser than the one that was fitted.
+LevelError measure(const mesh::Cage& cage, const LevelFit& fitted,
+                   const geom::ReferenceSurface& reference, int samples_per_edge);
+
+}  // namespace patchwright::fit

@@ -1,0 +1,106 @@
+#include "fit/refinement.h"
+
+#include "support/analytic_references.h"
+#include "support/cages.h"
+
+#include <patchwright/fit/fit.h>
+
+#include <catch2/catch.hpp>
+
+using namespace patchwright;
+using geom::Vec3;
+
+namespace {
+
+/// z = a smooth step of the x coordinate, the same for all y.
+class Ridge final : public geom::ReferenceSurface {
+  public:
+    geom::Box3 bounds() const override { return {Vec3(-1, -1, -0.2), Vec3(1, 1, 0.2)}; }
+    geom::FootPoint foot_point(const Vec3& q, const std::optional<Vec3>&) const override {
+        const auto square = [&](double x) {
+            return std::pow(x - q.x(), 2) + std::pow(height(x) - q.z(), 2);
+        };
+        double best = -1.0;
+        for (int i = 0; i <= 400; ++i) {
+            const double x = -1.0 + i / 200.0;
+            if (square(x) < square(best)) best = x;
+        }
+        double low = best - 0.005, high = best + 0.005;
+        for (int i = 0; i < 100; ++i) {
+            const double a = low + (high - low) / 3.0, b = high - (high - low) / 3.0;
+            (square(a) < square(b) ? high : low) = square(a) < square(b) ? b : a;
+        }
+        const double x = std::clamp(0.5 * (low + high), -1.0, 1.0);
+        const Vec3 p(x, std::clamp(q.y(), -1.0, 1.0), height(x));
+        const double slope = (height(x + 1e-6) - height(x - 1e-6)) / 2e-6;
+        return {p, Vec3(-slope, 0, 1).normalized(), (q - p).norm(), 0};
+    }
+
+  private:
+    static double height(double x) { return 0.1 * std::tanh(12.0 * (x - 0.3)); }
+};
+
+mesh::Cage sheet() {
+    // With corners: a grid's own have no tangent plane else, and draw the error to them.
+    mesh::Cage cage = test::grid(5, 4, {.boundary_rule = mesh::BoundaryRule::EdgeAndCorner});
+    cage.points.col(0) = cage.points.col(0).array() * 0.38 - 0.95;
+    cage.points.col(1) = cage.points.col(1).array() * 0.45 - 0.9;
+    return cage;
+}
+
+}  // namespace
+
+TEST_CASE("splitting strips where the cage is too coarse takes fewer vertices", "[fit][oracle]") {
+    fit::FitOptions options{.tolerance_mm = 1e-3};
+    const auto local = fit::fit(sheet(), Ridge(), options);
+    options.refinement = fit::Refinement::Global;
+    const auto global = fit::fit(sheet(), Ridge(), options);
+    REQUIRE(local.met);
+    REQUIRE(global.met);
+    CHECK(local.levels.size() > 1);
+    CHECK(local.levels.back().local);
+    CHECK(3 * local.levels.back().vertices < 2 * global.levels.back().vertices);
+    for (const mesh::VertexId v : local.cage.topology->vertices()) {
+        CHECK_FALSE(mesh::is_extraordinary(*local.cage.topology, v));
+    }
+}
+
+TEST_CASE("a split cage starts near the limit surface of the coarse one", "[fit][oracle]") {
+    const mesh::Cage cage = test::torus(16, 12, 3.0, 1.0);
+    fit::LevelError error;
+    error.faces.resize(std::size_t(cage.topology->face_count()));
+    error.faces[5] = {.max = 1.0, .change_u = 1.0};
+    const auto next =
+        fit::refine_where_needed(cage, error, {}, {.tolerance_mm = 0.1}, fit::Refinement::Local);
+    REQUIRE(next);
+    CHECK(next->local);
+    CHECK(next->cage.topology->vertex_count() == 17 * 12);
+    for (const mesh::VertexId v : cage.topology->vertices()) {
+        CHECK((subd::limit_position(next->cage, v) - subd::limit_position(cage, v)).norm() < 0.02);
+    }
+    // The children of face 5 know how far it was.
+    int heirs = 0;
+    for (const auto& face : next->history) heirs += face.parent == 1.0 ? 1 : 0;
+    CHECK(heirs == 2);
+}
+
+TEST_CASE("faces that gain nothing from being split are left alone in the end", "[fit]") {
+    mesh::Cage cage = test::torus(16, 12, 3.0, 1.0);
+    std::vector<fit::FaceHistory> history;
+    int rounds = 0;
+    for (; rounds < 10; ++rounds) {
+        fit::LevelError error;
+        error.faces.resize(std::size_t(cage.topology->face_count()));
+        // Whatever covers the parts of face 0 stays at the same distance.
+        for (std::size_t f = 0; f < error.faces.size(); ++f) {
+            const bool bad = rounds == 0 ? f == 0 : history[f].parent == 1.0;
+            if (bad) error.faces[f] = {.max = 1.0, .change_u = 1.0};
+        }
+        auto next = fit::refine_where_needed(cage, error, history, {.tolerance_mm = 0.1},
+                                             fit::Refinement::Local);
+        if (!next) break;
+        cage = next->cage;
+        history = next->history;
+    }
+    CHECK(rounds == 2);
+}
