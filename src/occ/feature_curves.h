@@ -27,6 +27,8 @@ class FeatureCurves {
                                              const std::optional<geom::ArcRange>& within) const;
     /// @pre as above
     [[nodiscard]] geom::FeaturePoint at(int curve, double arc_length) const;
+    /// Number of the curve that an edge of the network is part of.
+    [[nodiscard]] int curve_of(int edge) const { return places_[std::size_t(edge)].curve; }
     /// A hit on one of the network's edges as a point of its curve.
     [[nodiscard]] geom::FeaturePoint point_of(const CurveHit& hit) const;
 

@@ -253,6 +253,7 @@ EdgeNetwork collect_edges(const TopoDS_Shape& shape, const std::vector<TopoDS_Fa
         ModelEdge made = make_edge(edge, index.vertices);
         if (made.curve.IsNull() || !(made.first < made.last)) continue;
         index.number.back() = int(network.edges.size());
+        made.shape_edge = i - 1;
         network.edges.push_back(std::move(made));
     }
     for (std::size_t i = 0; i < faces.size(); ++i) add_uses(network, index, faces[i], int(i));

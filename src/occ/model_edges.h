@@ -29,6 +29,7 @@ struct ModelEdge {
     double first = 0.0, last = 0.0;
     double tolerance = 0.0;
     int start = -1, end = -1;  ///< vertex numbers; equal for closed edges
+    int shape_edge = -1;       ///< number in TopExp::MapShapes order, from 0
     std::vector<EdgeUse> uses;
     EdgeKind kind = EdgeKind::Smooth;
     /// Dihedral deviation from flat as sampled along the edge, radians; 0 for free edges.

@@ -6,6 +6,7 @@
 #include <patchwright/base/parallel.h>
 #include <patchwright/base/pending_file.h>
 #include <patchwright/fit/fit.h>
+#include <patchwright/layout/make_cage.h>
 #include <patchwright/mesh/obj.h>
 #include <patchwright/occ/assemble.h>
 #include <patchwright/occ/deviation.h>
@@ -124,6 +125,19 @@ void add_fit_options(CLI::App& command, FitCommandOptions& options) {
         ->capture_default_str();
 }
 
+void add_layout_options(CLI::App& command, LayoutOptions& options) {
+    command
+        .add_option("--layout", options.method,
+                    "how a cage is made: aligned (blocks along the lines of a recognised shape), "
+                    "remesh (any shape, more patches), or auto (aligned where it is found)")
+        ->check(CLI::IsMember({"aligned", "remesh", "auto"}))
+        ->capture_default_str();
+    command
+        .add_option("--target-faces", options.target_faces,
+                    "number of faces to aim at; left away: as curvature asks for")
+        ->check(CLI::PositiveNumber);
+}
+
 Run::Run(const CommonOptions& options)
     : options_(options), stage_start_(std::chrono::steady_clock::now()) {
     base::set_thread_count(options.threads);
@@ -216,6 +230,19 @@ mesh::Cage read_cage(Run& run, const std::string& file, base::LengthUnit unit) {
         run.notice(fmt::format("{}: {} faces were turned to agree with the others", file,
                                result.flipped_faces));
     }
+    return std::move(result.cage);
+}
+
+mesh::Cage make_cage(Run& run, const Input& input, const occ::CadReference& reference,
+                     const LayoutOptions& options) {
+    const auto method = options.method == "aligned"  ? layout::Method::Aligned
+                        : options.method == "remesh" ? layout::Method::Remesh
+                                                     : layout::Method::Auto;
+    layout::CageResult result = layout::make_cage(
+        input.model, reference,
+        {.method = method, .target_faces = options.target_faces, .progress = run.progress()});
+    for (const std::string& text : result.notices) run.notice(text);
+    run.report.cage = mesh::summarise(*result.cage.topology);
     return std::move(result.cage);
 }
 

@@ -100,6 +100,18 @@ Input read_input(Run& run, const std::string& file, const std::string& input_uni
 /// Reads a cage whose numbers are in `unit`, in millimetres; fills report.cage.
 mesh::Cage read_cage(Run& run, const std::string& file, base::LengthUnit unit);
 
+/// How a cage is made where none is given.
+struct LayoutOptions {
+    std::string method = "auto";
+    int target_faces = 0;  ///< 0: as curvature asks for
+};
+
+void add_layout_options(CLI::App& command, LayoutOptions& options);
+
+/// Makes a cage from the CAD model; fills report.cage.
+mesh::Cage make_cage(Run& run, const Input& input, const occ::CadReference& reference,
+                     const LayoutOptions& options);
+
 /// Writes a cage, atomically, in `unit`.
 void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUnit unit);
 
@@ -120,6 +132,7 @@ mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const occ::CadReference& r
                     const FitCommandOptions& options);
 
 /// Each registers its subcommand; `exit_code` receives what the run ends with.
+void register_cage(CLI::App& app, int& exit_code);
 void register_compare(CLI::App& app, int& exit_code);
 void register_convert(CLI::App& app, int& exit_code);
 void register_eval(CLI::App& app, int& exit_code);

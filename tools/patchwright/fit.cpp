@@ -9,6 +9,7 @@ namespace {
 struct FitOnlyOptions {
     CommonOptions common;
     FitCommandOptions fit;
+    LayoutOptions layout;
     std::string input, cage, output, input_unit;
 };
 
@@ -16,9 +17,11 @@ int fit_only(const FitOnlyOptions& options) {
     const auto cage_unit = base::parse_length_unit(options.fit.cage_unit);
     base::parse_length(options.fit.tolerance);
     Run run(options.common);
-    const mesh::Cage cage = read_cage(run, options.cage, cage_unit);
+    mesh::Cage cage;
+    if (!options.cage.empty()) cage = read_cage(run, options.cage, cage_unit);
     const Input input = read_input(run, options.input, options.input_unit);
     const occ::CadReference reference(input.model, {.progress = run.progress()});
+    if (options.cage.empty()) cage = make_cage(run, input, reference, options.layout);
     run.end_stage("layout");
     const mesh::Cage fitted = fit_cage(run, cage, reference, options.fit);
     write_cage(fitted, options.output, cage_unit);
@@ -34,10 +37,12 @@ void register_fit(CLI::App& app, int& exit_code) {
     CLI::App* command =
         app.add_subcommand("fit", "fit a cage to a CAD file, write the fitted cage");
     command->add_option("input", options->input, "CAD file: STEP, IGES or BREP")->required();
-    command->add_option("--cage", options->cage, "control mesh (OBJ)")->required();
+    command->add_option("--cage", options->cage,
+                        "control mesh (OBJ); left away: made from the CAD");
     command->add_option("-o,--output", options->output, "fitted control mesh (OBJ)")->required();
     command->add_option("--input-unit", options->input_unit,
                         "overrides the unit written in the input");
+    add_layout_options(*command, options->layout);
     add_fit_options(*command, options->fit);
     add_common_options(*command, options->common, true);
     command->callback([options, &exit_code] { exit_code = fit_only(*options); });

@@ -33,6 +33,7 @@ int run(int argc, char** argv) {
         "tolerance was missed, 4 output could not be written, 5 internal error, 130 interrupted.");
     int exit_code = Done;
     register_convert(app, exit_code);
+    register_cage(app, exit_code);
     register_fit(app, exit_code);
     register_export(app, exit_code);
     register_compare(app, exit_code);

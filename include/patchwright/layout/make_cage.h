@@ -1,0 +1,41 @@
+// Control meshes from CAD models.
+#pragma once
+
+#include <patchwright/base/progress.h>
+#include <patchwright/mesh/cage.h>
+#include <patchwright/occ/cad_model.h>
+#include <patchwright/occ/cad_reference.h>
+
+#include <string>
+#include <vector>
+
+namespace patchwright::layout {
+
+enum class Method {
+    Auto,     ///< aligned where a layout is found, else remesh
+    Aligned,  ///< blocks along the lines of a recognised shape
+    Remesh    ///< even triangles that keep features, paired to quads: works on every shape
+};
+
+struct CageOptions {
+    Method method = Method::Auto;
+    int target_faces = 0;  ///< number of faces to aim at; 0: as curvature asks for
+    base::Progress progress;
+};
+
+struct CageResult {
+    mesh::Cage cage;
+    Method method = Method::Remesh;    ///< what was used: Aligned or Remesh
+    std::vector<std::string> notices;  ///< one line each, for the user
+};
+
+/// A cage whose limit surface is near the model: sharp edges are creases, corners corners, free
+/// edges boundaries; faces carry the names of the model's. A model with no sharp edges gives a
+/// cage without creases.
+/// @param reference  of this model
+/// @throw InputError when the model cannot be triangulated, or with Method::Aligned when no layout
+///        is found
+CageResult make_cage(const occ::CadModel& model, const occ::CadReference& reference,
+                     const CageOptions& options = {});
+
+}  // namespace patchwright::layout

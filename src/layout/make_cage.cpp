@@ -1,0 +1,127 @@
+#include "layout/quads.h"
+#include "layout/remesh.h"
+#include "layout/wing.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/layout/make_cage.h>
+
+#include <fmt/format.h>
+
+#include <map>
+
+namespace patchwright::layout {
+
+namespace {
+
+constexpr double deflection_rel = 1e-3, fine_deflection_rel = 1e-4;
+
+std::vector<std::string> group_names(const occ::CadModel& model) {
+    std::vector<std::string> names = occ::face_names(model);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        if (names[i].empty()) names[i] = fmt::format("face_{}", i + 1);
+        for (char& c : names[i])
+            if (c == ' ' || c == '\t' || c == '\n' || c == '\r') c = '_';
+    }
+    return names;
+}
+
+occ::SurfaceMesh part_of(const Body& body) {
+    const occ::SurfaceMesh& mesh = *body.mesh;
+    occ::SurfaceMesh part;
+    std::vector<int> number(std::size_t(mesh.points.rows()), -1);
+    std::vector<int> origin;
+    for (const int t : body.triangles) {
+        std::array<int, 3> corners = mesh.triangles[std::size_t(t)];
+        for (int& v : corners) {
+            int& n = number[std::size_t(v)];
+            if (n < 0) {
+                n = int(origin.size());
+                origin.push_back(v);
+                part.corners.push_back(mesh.corners[std::size_t(v)]);
+            }
+            v = n;
+        }
+        part.triangles.push_back(corners);
+        part.faces.push_back(mesh.faces[std::size_t(t)]);
+    }
+    part.points.resize(Eigen::Index(origin.size()), 3);
+    for (std::size_t i = 0; i < origin.size(); ++i)
+        part.points.row(Eigen::Index(i)) = mesh.points.row(origin[i]);
+    for (const occ::FeatureSide& f : mesh.features) {
+        const auto side = std::minmax(number[std::size_t(f.v0)], number[std::size_t(f.v1)]);
+        if (side.first >= 0) part.features.push_back({side.first, side.second, f.curve});
+    }
+    return part;
+}
+
+/// One cage of all parts.
+mesh::Cage joined(const std::vector<Blocks>& parts) {
+    mesh::TopologyInput input;
+    std::map<std::string, int> groups;
+    std::vector<geom::Vec3> points;
+    for (const Blocks& part : parts) {
+        const int base = int(points.size());
+        points.insert(points.end(), part.points.begin(), part.points.end());
+        for (std::size_t i = 0; i < part.faces.size(); ++i) {
+            input.face_sizes.push_back(int(part.faces[i].size()));
+            for (const int v : part.faces[i]) input.face_vertices.push_back(base + v);
+            const auto [group, added] =
+                groups.emplace(part.groups[i], int(input.group_names.size()));
+            if (added) input.group_names.push_back(part.groups[i]);
+            input.face_group.push_back(group->second);
+        }
+        for (const auto& [a, b] : part.creases)
+            input.creases.push_back({base + a, base + b, mesh::infinite_sharpness});
+        for (const int v : part.corners)
+            input.corners.push_back({base + v, mesh::infinite_sharpness});
+    }
+    input.vertex_count = int(points.size());
+    geom::Points rows(Eigen::Index(points.size()), 3);
+    for (std::size_t i = 0; i < points.size(); ++i) rows.row(Eigen::Index(i)) = points[i];
+    return mesh::build_cage(std::move(input), std::move(rows), "layout").cage;
+}
+
+}  // namespace
+
+CageResult make_cage(const occ::CadModel& model, const occ::CadReference& reference,
+                     const CageOptions& options) {
+    base::report_progress(options.progress, "layout", 0.0);
+    const double diagonal = reference.bounds().diagonal();
+    CageResult result;
+    std::vector<Blocks> parts;
+    bool all_aligned = true;
+    if (options.method != Method::Remesh) {
+        const occ::SurfaceMesh fine =
+            occ::surface_mesh(model, reference, fine_deflection_rel * diagonal);
+        for (const Body& body : bodies_of(fine)) {
+            auto blocks = wing_blocks(body, reference, {});
+            all_aligned = all_aligned && blocks;
+            if (blocks) parts.push_back(std::move(*blocks));
+        }
+    }
+    if (options.method == Method::Remesh || !all_aligned) {
+        if (options.method == Method::Aligned)
+            throw base::InputError(
+                "no layout was recognised for the model; use --layout remesh or auto");
+        parts.clear();
+        const occ::SurfaceMesh surface =
+            occ::surface_mesh(model, reference, deflection_rel * diagonal);
+        const auto names = group_names(model);
+        for (const Body& body : bodies_of(surface)) {
+            TriMesh mesh(part_of(body));
+            remesh(mesh, reference,
+                   {.size = {.target_faces = options.target_faces}, .progress = options.progress});
+            parts.push_back(quad_blocks(mesh, reference.features(), names));
+        }
+        if (surface.faces_without > 0)
+            result.notices.push_back(
+                fmt::format("{} faces could not be triangulated and are holes in the cage",
+                            surface.faces_without));
+    } else {
+        result.method = Method::Aligned;
+    }
+    result.cage = joined(parts);
+    return result;
+}
+
+}  // namespace patchwright::layout

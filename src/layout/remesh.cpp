@@ -1,0 +1,232 @@
+#include "layout/remesh.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace patchwright::layout {
+
+using geom::Vec3;
+
+namespace {
+
+class Remeshing {
+  public:
+    Remeshing(TriMesh& mesh, const occ::CadReference& reference, const RemeshOptions& options)
+        : mesh_(mesh),
+          reference_(reference),
+          options_(options),
+          size_(mesh, reference, options.size) {}
+
+    void run() {
+        for (int round = 0; round < options_.rounds; ++round) {
+            base::report_progress(options_.progress, "layout", double(round) / options_.rounds);
+            split_long();
+            size_.limit_growth();
+            collapse_short();
+            flip_all();
+            relax_all();
+        }
+        collapse_short();
+        flip_all();
+        relax_all();
+    }
+
+  private:
+    [[nodiscard]] double length(int a, int b) const {
+        return (mesh_.point(a) - mesh_.point(b)).norm();
+    }
+    [[nodiscard]] double wanted(int a, int b) const { return std::min(size_.at(a), size_.at(b)); }
+
+    [[nodiscard]] Vec3 on_surface(const Vec3& p, const Vec3& normal) const {
+        const double norm = normal.norm();
+        if (!(norm > 0.5)) return reference_.foot_point(p).point;
+        return reference_.foot_point(p, Vec3(normal / norm)).point;
+    }
+
+    [[nodiscard]] Vec3 middle(int a, int b) const {
+        const Vec3 chord = 0.5 * (mesh_.point(a) + mesh_.point(b));
+        const EdgeSides s = mesh_.sides(a, b);
+        const int curve = mesh_.curve(s.triangle[0], s.side[0]);
+        const double reach = 0.5 * length(a, b);
+        Vec3 p = chord;
+        if (curve >= 0) {
+            p = reference_.nearest_on_curve(curve, chord).point;
+        } else {
+            Vec3 normal = Vec3::Zero();
+            for (const int t : s.triangle)
+                if (t >= 0) normal += mesh_.area_vector(t);
+            p = on_surface(chord, normal.normalized());
+        }
+        return (p - chord).norm() < reach ? p : chord;
+    }
+
+    void split_long() {
+        for (int pass = 0; pass < 12; ++pass) {
+            bool any = false;
+            const int count = mesh_.triangle_count();
+            for (int t = 0; t < count; ++t) {
+                if (!mesh_.alive(t)) continue;
+                // Longest side first: its triangles come out best.
+                int longest = 0;
+                double ratio = 0.0;
+                for (int k = 0; k < 3; ++k) {
+                    const auto& c = mesh_.triangle(t);
+                    const int a = c[std::size_t(k)], b = c[std::size_t((k + 1) % 3)];
+                    const double r = length(a, b) / wanted(a, b);
+                    if (r > ratio) {
+                        ratio = r;
+                        longest = k;
+                    }
+                }
+                if (ratio <= 4.0 / 3.0) continue;
+                const int a = mesh_.triangle(t)[std::size_t(longest)];
+                const int b = mesh_.triangle(t)[std::size_t((longest + 1) % 3)];
+                mesh_.split(a, b, middle(a, b));
+                size_.add_vertex(a, b);
+                any = true;
+            }
+            flip_all();
+            if (!any) return;
+        }
+    }
+
+    bool try_collapse(int gone, int kept) {
+        if (!mesh_.can_collapse(gone, kept) || !mesh_.collapse_is_flat(gone, kept, 0.5))
+            return false;
+        for (const int w : mesh_.neighbours(gone))
+            if (w != kept && length(w, kept) > 4.0 / 3.0 * wanted(w, kept) &&
+                length(w, kept) > length(w, gone))
+                return false;
+        mesh_.collapse(gone, kept);
+        return true;
+    }
+
+    void collapse_short() {
+        for (int pass = 0; pass < 6; ++pass) {
+            std::vector<std::pair<double, std::pair<int, int>>> edges;
+            for (int t = 0; t < mesh_.triangle_count(); ++t) {
+                if (!mesh_.alive(t)) continue;
+                for (std::size_t k = 0; k < 3; ++k) {
+                    const int a = mesh_.triangle(t)[k], b = mesh_.triangle(t)[(k + 1) % 3];
+                    const double ratio = length(a, b) / wanted(a, b);
+                    if (ratio < 0.8 && (a < b || mesh_.sides(a, b).triangle[1] < 0))
+                        edges.emplace_back(ratio, std::pair(a, b));
+                }
+            }
+            std::sort(edges.begin(), edges.end());
+            bool any = false;
+            for (const auto& [ratio, edge] : edges) {
+                const auto [a, b] = edge;
+                if (!mesh_.vertex_alive(a) || !mesh_.vertex_alive(b)) continue;
+                if (mesh_.sides(a, b).triangle[0] < 0) continue;
+                if (length(a, b) >= 0.8 * wanted(a, b)) continue;
+                any = try_collapse(a, b) || try_collapse(b, a) || any;
+            }
+            if (!any) return;
+        }
+    }
+
+    /// Flips to the triangles whose least angles are larger and that bend no more.
+    bool try_flip(int a, int b) {
+        const EdgeSides s = mesh_.sides(a, b);
+        if (!mesh_.can_flip(a, b)) return false;
+        const int c = mesh_.triangle(s.triangle[0])[std::size_t((s.side[0] + 2) % 3)];
+        const int d = mesh_.triangle(s.triangle[1])[std::size_t((s.side[1] + 2) % 3)];
+        const Vec3 &pa = mesh_.point(a), &pb = mesh_.point(b), &pc = mesh_.point(c),
+                   &pd = mesh_.point(d);
+        const auto angle = [](const Vec3& at, const Vec3& p, const Vec3& q) {
+            return std::atan2((p - at).cross(q - at).norm(), (p - at).dot(q - at));
+        };
+        if (angle(pc, pa, pb) + angle(pd, pa, pb) < 1.02 * M_PI) return false;
+        // Orientation: from, to of the first triangle.
+        const int from = mesh_.triangle(s.triangle[0])[std::size_t(s.side[0])];
+        const Vec3 &pf = mesh_.point(from), &pt = mesh_.point(from == a ? b : a);
+        const Vec3 before =
+            (mesh_.area_vector(s.triangle[0]) + mesh_.area_vector(s.triangle[1])).normalized();
+        const Vec3 one = (pf - pc).cross(pd - pc), two = (pt - pd).cross(pc - pd);
+        if (one.dot(before) < 0.5 * one.norm() || two.dot(before) < 0.5 * two.norm()) return false;
+        if (one.norm() == 0.0 || two.norm() == 0.0) return false;
+        mesh_.flip(a, b);
+        return true;
+    }
+
+    void flip_all() {
+        for (int pass = 0; pass < 5; ++pass) {
+            bool any = false;
+            for (int t = 0; t < mesh_.triangle_count(); ++t) {
+                for (std::size_t k = 0; k < 3 && mesh_.alive(t); ++k) {
+                    const int a = mesh_.triangle(t)[k], b = mesh_.triangle(t)[(k + 1) % 3];
+                    any = try_flip(a, b) || any;
+                }
+            }
+            if (!any) return;
+        }
+    }
+
+    [[nodiscard]] bool stays_oriented(int v, const Vec3& to) const {
+        for (const int t : mesh_.fan(v)) {
+            std::array<Vec3, 3> p;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const int w = mesh_.triangle(t)[k];
+                p[k] = w == v ? to : mesh_.point(w);
+            }
+            const Vec3 after = (p[1] - p[0]).cross(p[2] - p[0]);
+            const Vec3 before = mesh_.area_vector(t);
+            if (after.dot(before) <= 0.5 * after.norm() * before.norm()) return false;
+        }
+        return true;
+    }
+
+    [[nodiscard]] std::optional<Vec3> relaxed(int v) const {
+        const VertexKind kind = mesh_.kind(v);
+        if (kind == VertexKind::Fixed) return std::nullopt;
+        if (kind == VertexKind::Curve) {
+            const auto next = mesh_.feature_neighbours(v);
+            // Lengths to both sides in the ratio of the sizes wanted there.
+            const double s0 = size_.at(next[0]), s1 = size_.at(next[1]);
+            const Vec3 p = (s1 * mesh_.point(next[0]) + s0 * mesh_.point(next[1])) / (s0 + s1);
+            const Vec3 to = reference_.nearest_on_curve(mesh_.curve_at(v), p).point;
+            const double reach = std::max(length(v, next[0]), length(v, next[1]));
+            if ((to - mesh_.point(v)).norm() > reach) return std::nullopt;
+            return to;
+        }
+        Vec3 sum = Vec3::Zero();
+        double weight = 0.0;
+        for (const int t : mesh_.fan(v)) {
+            const auto& c = mesh_.triangle(t);
+            double size = 0.0;
+            for (const int w : c) size += size_.at(w) / 3.0;
+            const double part = mesh_.area_vector(t).norm() / (size * size);
+            sum += part * (mesh_.point(c[0]) + mesh_.point(c[1]) + mesh_.point(c[2])) / 3.0;
+            weight += part;
+        }
+        if (!(weight > 0.0)) return std::nullopt;
+        const Vec3 normal = mesh_.vertex_normal(v);
+        Vec3 shift = sum / weight - mesh_.point(v);
+        shift -= normal.dot(shift) * normal;
+        return on_surface(mesh_.point(v) + 0.7 * shift, normal);
+    }
+
+    void relax_all() {
+        for (int v = 0; v < mesh_.vertex_count(); ++v) {
+            if (!mesh_.vertex_alive(v)) continue;
+            const auto to = relaxed(v);
+            if (to && stays_oriented(v, *to)) mesh_.move(v, *to);
+        }
+    }
+
+    TriMesh& mesh_;
+    const occ::CadReference& reference_;
+    const RemeshOptions& options_;
+    SizeField size_;
+};
+
+}  // namespace
+
+void remesh(TriMesh& mesh, const occ::CadReference& reference, const RemeshOptions& options) {
+    Remeshing(mesh, reference, options).run();
+}
+
+}  // namespace patchwright::layout

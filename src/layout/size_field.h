@@ -1,0 +1,42 @@
+// How long the edges of a cage should be, by curvature of surface and feature curves.
+#pragma once
+
+#include "layout/tri_mesh.h"
+
+#include <patchwright/occ/cad_reference.h>
+
+#include <vector>
+
+namespace patchwright::layout {
+
+struct SizeOptions {
+    double turn_rad = 0.7;     ///< an edge spans at most this angle of a curved surface or curve
+    double least_rel = 4e-3;   ///< of the diagonal: shortest edge asked for
+    double largest_rel = 0.1;  ///< of the diagonal: longest
+    double growth = 0.4;       ///< by how much length may grow per length
+    int target_faces = 0;      ///< quads that lengths are scaled for; 0: as they are
+};
+
+/// Wanted lengths, one a vertex of a mesh that changes.
+class SizeField {
+  public:
+    SizeField(const TriMesh& mesh, const occ::CadReference& reference, const SizeOptions& options);
+
+    [[nodiscard]] double at(int v) const { return size_[std::size_t(v)]; }
+    /// For the vertex that was last added, between a and b.
+    void add_vertex(int a, int b);
+    /// Lets lengths grow no faster than asked for.
+    void limit_growth();
+
+  private:
+    [[nodiscard]] double by_curvature(int v) const;
+    [[nodiscard]] double expected_faces() const;
+
+    const TriMesh& mesh_;
+    const occ::CadReference& reference_;
+    SizeOptions options_;
+    double scale_ = 1.0;
+    std::vector<double> size_;
+};
+
+}  // namespace patchwright::layout

@@ -1,0 +1,49 @@
+#include "command.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+namespace patchwright::cli {
+
+namespace {
+
+struct CageCommandOptions {
+    CommonOptions common;
+    LayoutOptions layout;
+    std::string input, output, input_unit;
+    std::string cage_unit = "mm";
+};
+
+int cage(const CageCommandOptions& options) {
+    const auto cage_unit = base::parse_length_unit(options.cage_unit);
+    Run run(options.common);
+    const Input input = read_input(run, options.input, options.input_unit);
+    const occ::CadReference reference(input.model, {.progress = run.progress()});
+    const mesh::Cage made = make_cage(run, input, reference, options.layout);
+    run.end_stage("layout");
+    write_cage(made, options.output, cage_unit);
+    run.end_stage("write");
+    run.finish();
+    return Done;
+}
+
+}  // namespace
+
+void register_cage(CLI::App& app, int& exit_code) {
+    auto options = std::make_shared<CageCommandOptions>();
+    CLI::App* command = app.add_subcommand("cage", "control mesh from a CAD file");
+    command->add_option("input", options->input, "CAD file: STEP, IGES or BREP")->required();
+    command->add_option("-o,--output", options->output, "control mesh (OBJ)")->required();
+    command
+        ->add_option("--cage-unit", options->cage_unit,
+                     "unit of the cage's numbers: mm, cm, m, in, ft")
+        ->capture_default_str();
+    command->add_option("--input-unit", options->input_unit,
+                        "overrides the unit written in the input");
+    add_layout_options(*command, options->layout);
+    add_common_options(*command, options->common, true);
+    command->callback([options, &exit_code] { exit_code = cage(*options); });
+}
+
+}  // namespace patchwright::cli
