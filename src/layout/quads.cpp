@@ -65,29 +65,102 @@ std::vector<Pair> candidates(const TriMesh& mesh) {
     return pairs;
 }
 
+/// The triangles at a vertex between two features, or all of them.
+struct Sector {
+    int faces = 0;  ///< as pairing goes on
+    int least = 1;  ///< with fewer the surface has no proper tangent plane there
+};
+
+/// The sectors of all vertices, and which one each corner of a triangle is in.
+struct Sectors {
+    std::vector<Sector> sectors;
+    std::vector<std::array<int, 3>> of_corner;
+};
+
+double angle_at(const TriMesh& mesh, int t, int k) {
+    const auto& c = mesh.triangle(t);
+    const Vec3 p = mesh.point(c[std::size_t(k)]);
+    const Vec3 a = mesh.point(c[std::size_t((k + 1) % 3)]) - p;
+    const Vec3 b = mesh.point(c[std::size_t((k + 2) % 3)]) - p;
+    return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+int corner_of(const TriMesh& mesh, int t, int v) {
+    const auto& c = mesh.triangle(t);
+    return c[0] == v ? 0 : c[1] == v ? 1 : 2;
+}
+
+void add_sectors(const TriMesh& mesh, int v, Sectors& result) {
+    constexpr double widest = 2.6;  // of one face's corner
+    const VertexKind kind = mesh.kind(v);
+    const auto& fan = mesh.fan(v);
+    for (const int first : fan) {
+        if (result.of_corner[std::size_t(first)][std::size_t(corner_of(mesh, first, v))] >= 0)
+            continue;
+        const int number = int(result.sectors.size());
+        Sector sector;
+        double angle = 0.0;
+        std::vector<int> pending{first};
+        while (!pending.empty()) {
+            const int t = pending.back();
+            pending.pop_back();
+            const int k = corner_of(mesh, t, v);
+            int& mine = result.of_corner[std::size_t(t)][std::size_t(k)];
+            if (mine >= 0) continue;
+            mine = number;
+            ++sector.faces;
+            angle += angle_at(mesh, t, k);
+            for (const int side : {k, (k + 2) % 3}) {
+                if (mesh.curve(t, side) >= 0) continue;
+                const auto& c = mesh.triangle(t);
+                const int other = c[std::size_t(side == k ? (k + 1) % 3 : (k + 2) % 3)];
+                for (const int neighbour : mesh.sides(v, other).triangle)
+                    if (neighbour >= 0) pending.push_back(neighbour);
+            }
+        }
+        // Along a smooth curve the sector is half a disc however its chords turn.
+        sector.least = kind == VertexKind::Smooth  ? (mesh.is_boundary(v) ? 1 : 3)
+                       : kind == VertexKind::Curve ? 2
+                                                   : std::max(1, int(std::ceil(angle / widest)));
+        result.sectors.push_back(sector);
+    }
+}
+
+Sectors sectors_of(const TriMesh& mesh) {
+    Sectors result;
+    result.of_corner.assign(std::size_t(mesh.triangle_count()), {-1, -1, -1});
+    for (int v = 0; v < mesh.vertex_count(); ++v)
+        if (mesh.vertex_alive(v)) add_sectors(mesh, v, result);
+    return result;
+}
+
 struct Polygons {
     std::vector<std::vector<int>> corners;
     std::vector<int> faces;  ///< of the model
 };
 
 Polygons pair_triangles(const TriMesh& mesh) {
+    Sectors sectors = sectors_of(mesh);
     std::vector<int> count(std::size_t(mesh.vertex_count()), 0);
-    std::vector<char> boundary(count.size(), 0);
-    for (int v = 0; v < mesh.vertex_count(); ++v) {
-        count[std::size_t(v)] = int(mesh.fan(v).size());
-        boundary[std::size_t(v)] = mesh.is_boundary(v) ? 1 : 0;
-    }
+    for (int v = 0; v < mesh.vertex_count(); ++v) count[std::size_t(v)] = int(mesh.fan(v).size());
     std::vector<char> used(std::size_t(mesh.triangle_count()), 0);
-    const auto can_lose = [&](int v) {
-        return count[std::size_t(v)] > (boundary[std::size_t(v)] != 0 ? 1 : 3);
+    const auto sector_at = [&](int t, int v) -> Sector& {
+        const int k = corner_of(mesh, t, v);
+        return sectors.sectors[std::size_t(sectors.of_corner[std::size_t(t)][std::size_t(k)])];
+    };
+    const auto can_lose = [&](int t, int v) {
+        const Sector& sector = sector_at(t, v);
+        return sector.faces > sector.least && count[std::size_t(v)] > (mesh.is_boundary(v) ? 1 : 3);
     };
     Polygons polygons;
     for (const Pair& pair : candidates(mesh)) {
         if (used[std::size_t(pair.first)] != 0 || used[std::size_t(pair.second)] != 0) continue;
-        if (!can_lose(pair.a) || !can_lose(pair.b)) continue;
+        if (!can_lose(pair.first, pair.a) || !can_lose(pair.first, pair.b)) continue;
         used[std::size_t(pair.first)] = used[std::size_t(pair.second)] = 1;
-        --count[std::size_t(pair.a)];
-        --count[std::size_t(pair.b)];
+        for (const int v : {pair.a, pair.b}) {
+            --sector_at(pair.first, v).faces;
+            --count[std::size_t(v)];
+        }
         polygons.corners.emplace_back(pair.corners.begin(), pair.corners.end());
         polygons.faces.push_back(mesh.face(pair.first));
     }

@@ -31,6 +31,7 @@ class Remeshing {
         collapse_short();
         flip_all();
         relax_all();
+        open_ears();
     }
 
   private:
@@ -162,6 +163,25 @@ class Remeshing {
                 }
             }
             if (!any) return;
+        }
+    }
+
+    /// A triangle alone on its side of a smooth curve gets a second one beside it: with one face
+    /// there the limit surface would have no tangent plane.
+    void open_ears() {
+        const int count = mesh_.triangle_count();
+        for (int t = 0; t < count; ++t) {
+            for (int k = 0; k < 3 && mesh_.alive(t); ++k) {
+                const auto& c = mesh_.triangle(t);
+                const int tip = c[std::size_t(k)], a = c[std::size_t((k + 1) % 3)],
+                          b = c[std::size_t((k + 2) % 3)];
+                if (mesh_.curve(t, k) < 0 || mesh_.curve(t, (k + 2) % 3) < 0 ||
+                    mesh_.kind(tip) != VertexKind::Curve)
+                    continue;
+                if (mesh_.curve(t, (k + 1) % 3) >= 0 || mesh_.sides(a, b).triangle[1] < 0) continue;
+                mesh_.split(a, b, middle(a, b));
+                size_.add_vertex(a, b);
+            }
         }
     }
 

@@ -63,7 +63,12 @@ double SizeField::by_curvature(int v) const {
     double size = options_.largest_rel * diagonal;
     const double bend =
         std::max(surface_curvature(mesh_, reference_, v), curve_curvature(mesh_, v));
-    if (bend > 0.0) size = std::min(size, options_.turn_rad / bend);
+    if (bend > 0.0) {
+        // A cubic leaves an arc of radius r and angle a by about 1e-3 r a^4; one refinement of the
+        // cage, which halves a, is counted on.
+        const double angle = std::pow(200.0 * options_.tolerance_rel * diagonal * bend, 0.25);
+        size = std::min(size, std::clamp(angle, 0.3, 1.05) / bend);
+    }
     size = std::max(size, options_.least_rel * diagonal);
     const int curve = mesh_.curve_at(v);
     if (curve < 0) return size;

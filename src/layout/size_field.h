@@ -10,11 +10,11 @@
 namespace patchwright::layout {
 
 struct SizeOptions {
-    double turn_rad = 0.7;     ///< an edge spans at most this angle of a curved surface or curve
-    double least_rel = 4e-3;   ///< of the diagonal: shortest edge asked for
-    double largest_rel = 0.1;  ///< of the diagonal: longest
-    double growth = 0.4;       ///< by how much length may grow per length
-    int target_faces = 0;      ///< quads that lengths are scaled for; 0: as they are
+    double tolerance_rel = 1e-3;  ///< of the diagonal: what the cage is to be fitted to
+    double least_rel = 6e-3;      ///< of the diagonal: shortest edge asked for
+    double largest_rel = 0.12;    ///< of the diagonal: longest
+    double growth = 0.6;          ///< by how much length may grow per length
+    int target_faces = 0;         ///< quads that lengths are scaled for; 0: as they are
 };
 
 /// Wanted lengths, one a vertex of a mesh that changes.

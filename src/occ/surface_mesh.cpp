@@ -92,6 +92,7 @@ class Gluing {
     }
 
     SurfaceMesh result(const SearchModel& model) {
+        part_parallel_edges();
         SurfaceMesh mesh;
         number_.assign(classes_.size(), -1);
         std::map<std::array<int, 3>, std::size_t> seen;
@@ -148,11 +149,49 @@ class Gluing {
             for (const int node : chain) classes_.join(chain.front(), node);
             return;
         }
-        auto& known = nodes_[std::size_t(edges_.FindIndex(edge)) - 1];
+        const auto number = std::size_t(edges_.FindIndex(edge)) - 1;
+        auto& known = nodes_[number];
+        if (chain.size() == 2) chords_[number].push_back({chain[0], chain[1]});
         if (known.empty()) {
             known = chain;
         } else if (known.size() == chain.size()) {
             for (std::size_t i = 0; i < chain.size(); ++i) classes_.join(known[i], chain[i]);
+        }
+    }
+
+    /// Two edges of the model between the same vertices, each one chord, would be one edge of the
+    /// mesh: they get a node in the middle.
+    void part_parallel_edges() {
+        std::map<std::pair<int, int>, std::vector<std::size_t>> by_ends;
+        for (const auto& [edge, chords] : chords_) {
+            const auto [a, b] = chords.front();
+            by_ends[std::minmax({classes_.find(a), classes_.find(b)})].push_back(edge);
+        }
+        for (const auto& [ends, edges] : by_ends) {
+            if (edges.size() < 2 || ends.first == ends.second) continue;
+            for (const std::size_t edge : edges) {
+                const int middle = classes_.add();
+                points_.push_back(0.5 * (points_[std::size_t(chords_[edge][0].first)] +
+                                         points_[std::size_t(chords_[edge][0].second)]));
+                for (const auto& [a, b] : chords_[edge]) split_side(a, b, middle);
+                nodes_[edge] = {nodes_[edge].front(), middle, nodes_[edge].back()};
+            }
+        }
+    }
+
+    /// @param a, b  nodes of one face: at most one triangle has them as a side
+    void split_side(int a, int b, int middle) {
+        for (std::size_t i = 0; i < triangles_.size(); ++i) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                auto& t = triangles_[i];
+                if (std::minmax(t[k], t[(k + 1) % 3]) != std::minmax(a, b)) continue;
+                std::array<int, 3> made = t;
+                t[(k + 1) % 3] = middle;
+                made[k] = middle;
+                triangles_.push_back(made);
+                faces_.push_back(int(faces_[i]));
+                return;
+            }
         }
     }
 
@@ -181,6 +220,7 @@ class Gluing {
     TopTools_IndexedMapOfShape edges_, vertices_;
     std::vector<int> network_edge_;        // by number of the edge in the shape
     std::vector<std::vector<int>> nodes_;  // along each edge of the shape
+    std::map<std::size_t, std::vector<std::pair<int, int>>> chords_;  // of edges with two nodes
     Classes classes_;
     std::vector<geom::Vec3> points_;
     std::vector<std::array<int, 3>> triangles_;
