@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <map>
 
 namespace patchwright::layout {
@@ -85,6 +86,9 @@ mesh::Cage joined(const std::vector<Blocks>& parts) {
 
 CageResult make_cage(const occ::CadModel& model, const occ::CadReference& reference,
                      const CageOptions& options) {
+    if (!(options.tolerance_rel > 0.0) || !(options.fineness > 0.0) || options.target_faces < 0)
+        throw base::InvalidArgument(
+            "layout: tolerance and fineness must be positive, target_faces not negative");
     base::report_progress(options.progress, "layout", 0.0);
     const double diagonal = reference.bounds().diagonal();
     CageResult result;
@@ -93,8 +97,10 @@ CageResult make_cage(const occ::CadModel& model, const occ::CadReference& refere
     if (options.method != Method::Remesh) {
         const occ::SurfaceMesh fine =
             occ::surface_mesh(model, reference, fine_deflection_rel * diagonal);
+        const WingOptions wing{.columns = int(std::lround(8 * std::sqrt(options.fineness))),
+                               .spans = int(std::lround(5 * options.fineness))};
         for (const Body& body : bodies_of(fine)) {
-            auto blocks = wing_blocks(body, reference, {});
+            auto blocks = wing_blocks(body, reference, wing);
             all_aligned = all_aligned && blocks;
             if (blocks) parts.push_back(std::move(*blocks));
         }
@@ -110,7 +116,10 @@ CageResult make_cage(const occ::CadModel& model, const occ::CadReference& refere
         for (const Body& body : bodies_of(surface)) {
             TriMesh mesh(part_of(body));
             remesh(mesh, reference,
-                   {.size = {.target_faces = options.target_faces}, .progress = options.progress});
+                   {.size = {.tolerance_rel = options.tolerance_rel,
+                             .fineness = options.fineness,
+                             .target_faces = options.target_faces},
+                    .progress = options.progress});
             parts.push_back(quad_blocks(mesh, reference.features(), names));
         }
         if (surface.faces_without > 0)

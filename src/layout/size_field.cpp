@@ -67,9 +67,9 @@ double SizeField::by_curvature(int v) const {
         // A cubic leaves an arc of radius r and angle a by about 1e-3 r a^4; one refinement of the
         // cage, which halves a, is counted on.
         const double angle = std::pow(200.0 * options_.tolerance_rel * diagonal * bend, 0.25);
-        size = std::min(size, std::clamp(angle, 0.3, 1.05) / bend);
+        size = std::min(size, std::clamp(angle, 0.3, 0.85) / (options_.fineness * bend));
     }
-    size = std::max(size, options_.least_rel * diagonal);
+    size = std::max(size, options_.least_rel * diagonal / options_.fineness);
     const int curve = mesh_.curve_at(v);
     if (curve < 0) return size;
     const geom::FeatureCurve& c = reference_.features().curves[std::size_t(curve)];

@@ -12,17 +12,19 @@ struct CageCommandOptions {
     CommonOptions common;
     LayoutOptions layout;
     std::string input, output, input_unit;
-    std::string cage_unit = "mm";
+    FitCommandOptions fit;
 };
 
 int cage(const CageCommandOptions& options) {
-    const auto cage_unit = base::parse_length_unit(options.cage_unit);
+    const auto cage_unit = base::parse_length_unit(options.fit.cage_unit);
+    base::parse_length(options.fit.tolerance);
     Run run(options.common);
     const Input input = read_input(run, options.input, options.input_unit);
     const occ::CadReference reference(input.model, {.progress = run.progress()});
-    const mesh::Cage made = make_cage(run, input, reference, options.layout);
+    const double tolerance = relative_tolerance(options.fit, reference);
+    const auto made = make_cage(run, input, reference, options.layout, tolerance);
     run.end_stage("layout");
-    write_cage(made, options.output, cage_unit);
+    write_cage(made.cage, options.output, cage_unit);
     run.end_stage("write");
     run.finish();
     return Done;
@@ -36,7 +38,12 @@ void register_cage(CLI::App& app, int& exit_code) {
     command->add_option("input", options->input, "CAD file: STEP, IGES or BREP")->required();
     command->add_option("-o,--output", options->output, "control mesh (OBJ)")->required();
     command
-        ->add_option("--cage-unit", options->cage_unit,
+        ->add_option("--tolerance", options->fit.tolerance,
+                     "what the cage is to be fitted to: 0.05mm, 0.002in, or 1e-4rel (of the "
+                     "diagonal)")
+        ->capture_default_str();
+    command
+        ->add_option("--cage-unit", options->fit.cage_unit,
                      "unit of the cage's numbers: mm, cm, m, in, ft")
         ->capture_default_str();
     command->add_option("--input-unit", options->input_unit,

@@ -6,7 +6,6 @@
 #include <patchwright/base/parallel.h>
 #include <patchwright/base/pending_file.h>
 #include <patchwright/fit/fit.h>
-#include <patchwright/layout/make_cage.h>
 #include <patchwright/mesh/obj.h>
 #include <patchwright/occ/assemble.h>
 #include <patchwright/occ/deviation.h>
@@ -162,9 +161,16 @@ base::Progress Run::progress() const {
 
 void Run::end_stage(const std::string& name) {
     const auto now = std::chrono::steady_clock::now();
-    report.seconds.emplace_back(name, std::chrono::duration<double>(now - stage_start_).count());
+    const double seconds = std::chrono::duration<double>(now - stage_start_).count();
+    const auto known = std::find_if(report.seconds.begin(), report.seconds.end(),
+                                    [&](const auto& stage) { return stage.first == name; });
+    if (known == report.seconds.end()) {
+        report.seconds.emplace_back(name, seconds);
+    } else {
+        known->second += seconds;
+    }
     stage_start_ = now;
-    if (options_.verbose) fmt::print(stderr, "{}: {:.2f} s\n", name, report.seconds.back().second);
+    if (options_.verbose) fmt::print(stderr, "{}: {:.2f} s\n", name, seconds);
     if (interrupted != 0) throw base::Cancelled();
 }
 
@@ -233,17 +239,25 @@ mesh::Cage read_cage(Run& run, const std::string& file, base::LengthUnit unit) {
     return std::move(result.cage);
 }
 
-mesh::Cage make_cage(Run& run, const Input& input, const occ::CadReference& reference,
-                     const LayoutOptions& options) {
+layout::CageResult make_cage(Run& run, const Input& input, const occ::CadReference& reference,
+                             const LayoutOptions& options, double tolerance_rel, double fineness) {
     const auto method = options.method == "aligned"  ? layout::Method::Aligned
                         : options.method == "remesh" ? layout::Method::Remesh
                                                      : layout::Method::Auto;
-    layout::CageResult result = layout::make_cage(
-        input.model, reference,
-        {.method = method, .target_faces = options.target_faces, .progress = run.progress()});
+    layout::CageResult result = layout::make_cage(input.model, reference,
+                                                  {.method = method,
+                                                   .target_faces = options.target_faces,
+                                                   .tolerance_rel = tolerance_rel,
+                                                   .fineness = fineness,
+                                                   .progress = run.progress()});
     for (const std::string& text : result.notices) run.notice(text);
     run.report.cage = mesh::summarise(*result.cage.topology);
-    return std::move(result.cage);
+    return result;
+}
+
+double relative_tolerance(const FitCommandOptions& options, const occ::CadReference& reference) {
+    const double diagonal = reference.bounds().diagonal();
+    return base::parse_length(options.tolerance).in_millimetres(diagonal) / diagonal;
 }
 
 void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUnit unit) {

@@ -3,6 +3,7 @@
 
 #include <patchwright/base/progress.h>
 #include <patchwright/base/units.h>
+#include <patchwright/layout/make_cage.h>
 #include <patchwright/mesh/cage.h>
 #include <patchwright/occ/cad_reference.h>
 #include <patchwright/report/run_report.h>
@@ -70,7 +71,8 @@ class Run {
     /// Draws the stage on standard error when asked to or on a terminal; stops on Ctrl-C.
     [[nodiscard]] base::Progress progress() const;
 
-    /// Ends the stage that ran since the last call, or since the start, under this name.
+    /// Ends the stage that ran since the last call, or since the start, under this name; a stage
+    /// that runs again adds up.
     void end_stage(const std::string& name);
 
     /// Remembered in the report, printed to standard error unless quiet.
@@ -109,8 +111,10 @@ struct LayoutOptions {
 void add_layout_options(CLI::App& command, LayoutOptions& options);
 
 /// Makes a cage from the CAD model; fills report.cage.
-mesh::Cage make_cage(Run& run, const Input& input, const occ::CadReference& reference,
-                     const LayoutOptions& options);
+/// @param fineness  more than 1: a second try, finer than the first
+layout::CageResult make_cage(Run& run, const Input& input, const occ::CadReference& reference,
+                             const LayoutOptions& options, double tolerance_rel,
+                             double fineness = 1.0);
 
 /// Writes a cage, atomically, in `unit`.
 void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUnit unit);
@@ -130,6 +134,9 @@ void compare_models(Run& run, const occ::CadReference& output, const occ::CadRef
 /// Fits and fills report.fit; the tolerance is for the final, two-sided deviation.
 mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const occ::CadReference& reference,
                     const FitCommandOptions& options);
+
+/// The tolerance as a fraction of the reference's diagonal.
+double relative_tolerance(const FitCommandOptions& options, const occ::CadReference& reference);
 
 /// Each registers its subcommand; `exit_code` receives what the run ends with.
 void register_cage(CLI::App& app, int& exit_code);

@@ -21,7 +21,10 @@ int fit_only(const FitOnlyOptions& options) {
     if (!options.cage.empty()) cage = read_cage(run, options.cage, cage_unit);
     const Input input = read_input(run, options.input, options.input_unit);
     const occ::CadReference reference(input.model, {.progress = run.progress()});
-    if (options.cage.empty()) cage = make_cage(run, input, reference, options.layout);
+    if (options.cage.empty()) {
+        const double tolerance = relative_tolerance(options.fit, reference);
+        cage = make_cage(run, input, reference, options.layout, tolerance).cage;
+    }
     run.end_stage("layout");
     const mesh::Cage fitted = fit_cage(run, cage, reference, options.fit);
     write_cage(fitted, options.output, cage_unit);

@@ -19,7 +19,9 @@ enum class Method {
 
 struct CageOptions {
     Method method = Method::Auto;
-    int target_faces = 0;  ///< number of faces to aim at; 0: as curvature asks for
+    int target_faces = 0;         ///< number of faces to aim at; 0: as curvature asks for
+    double tolerance_rel = 1e-3;  ///< of the diagonal: what the cage is to be fitted to
+    double fineness = 1.0;        ///< > 0: edges are shorter by this factor where shape asks for it
     base::Progress progress;
 };
 
@@ -33,6 +35,7 @@ struct CageResult {
 /// edges boundaries; faces carry the names of the model's. A model with no sharp edges gives a
 /// cage without creases.
 /// @param reference  of this model
+/// @throw InvalidArgument when an option is out of range
 /// @throw InputError when the model cannot be triangulated, or with Method::Aligned when no layout
 ///        is found
 CageResult make_cage(const occ::CadModel& model, const occ::CadReference& reference,
