@@ -135,7 +135,7 @@ void FrontMesh::find_planes(const Plan& plan) {
         for (const std::size_t e : border) {
             points.insert(points.end(), on_edge_[e].begin(), on_edge_[e].end());
         }
-        geom::Vec3 centre = geom::Vec3::Zero(), normals = geom::Vec3::Zero();
+        geom::Vec3 centre = geom::Vec3::Zero();
         for (const std::int32_t p : points) centre += surface_.row(p).transpose();
         centre /= double(points.size());
         Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
