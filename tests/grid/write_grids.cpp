@@ -3,6 +3,7 @@
 // Usage: write_grids FOLDER SAMPLES
 #include "support/cages.h"
 
+#include <patchwright/grid/layers.h>
 #include <patchwright/grid/write.h>
 #include <patchwright/mesh/obj.h>
 
@@ -40,6 +41,11 @@ void write_all(const mesh::Cage& cage, const fs::path& folder, const std::string
     }
     // As large in metres.
     grid::write_grid(source, folder / (name + "_m.cgns"), {.unit = base::LengthUnit::Metre});
+    // With layers on it.
+    const grid::LayerGrid layers(plan, {.cells = 6, .first_mm = size * 1e-4});
+    grid::write_grid(layers, folder / (name + "_layers.cgns"));
+    grid::write_grid(layers, folder / (name + "_layers.vtm"));
+    grid::write_grid(layers, folder / (name + "_layers_binary_little.xyz"));
 }
 
 }  // namespace
