@@ -42,7 +42,10 @@ void fit_candidate(Candidate& c, const geom::ReferenceSurface& reference,
     const auto start = std::chrono::steady_clock::now();
     c.level.vertices = c.cage.topology->vertex_count();
     c.level.faces = c.cage.topology->face_count();
-    LevelFit fitted = fit_level(c.cage, reference, options, c.level);
+    FitOptions of_level = options;
+    // Where strips of different width meet, bending would move more than it makes fair.
+    if (c.level.local) of_level.fairness *= 1e-2;
+    LevelFit fitted = fit_level(c.cage, reference, of_level, c.level);
     c.cage.points = std::move(fitted.points);
     c.cage = subd::control_normals(c.cage);
     c.symmetry_axis = fitted.symmetry_axis;
@@ -63,6 +66,7 @@ FitResult fit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
     FitResult result;
     Candidate now{.cage = cage};
     std::optional<Candidate> kept;
+    bool last_resort = false;
     for (;;) {
         fit_candidate(now, reference, options);
         now.number = static_cast<int>(result.levels.size());
@@ -78,6 +82,11 @@ FitResult fit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
         if (!result.met && room && (retry || !worse)) {
             next = refine_where_needed(kept->cage, kept->error, kept->history, options,
                                        retry ? Refinement::Global : options.refinement);
+        }
+        // Faces that gain nothing from single cuts get one in both directions before it is over.
+        if (!next && !result.met && room && kept->level.local && !last_resort) {
+            last_resort = true;
+            next = refine_where_needed(kept->cage, kept->error, {}, options, Refinement::Global);
         }
         if (!next) break;
         now = {.cage = std::move(next->cage), .history = std::move(next->history)};

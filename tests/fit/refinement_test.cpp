@@ -75,8 +75,9 @@ TEST_CASE("a split cage starts near the limit surface of the coarse one", "[fit]
     REQUIRE(next);
     CHECK(next->local);
     CHECK(next->cage.topology->vertex_count() == 17 * 12);
+    // Parameters run twice as fast in the strip, so some of the surface must be given up.
     for (const mesh::VertexId v : cage.topology->vertices()) {
-        CHECK((subd::limit_position(next->cage, v) - subd::limit_position(cage, v)).norm() < 0.02);
+        CHECK((subd::limit_position(next->cage, v) - subd::limit_position(cage, v)).norm() < 0.1);
     }
     // The children of face 5 know how far it was.
     int heirs = 0;
