@@ -65,7 +65,8 @@ CglsResult solve_cgls(const LinearOperator& a, const Points& b, const Points& st
         throw base::InvalidArgument(
             "solve_cgls: sizes of operator, right-hand side and start differ");
     }
-    if (options.max_iterations < 0 || !(options.relative_residual >= 0.0)) {
+    if (options.max_iterations < 0 || !(options.relative_residual >= 0.0) ||
+        !(options.least_change >= 0.0)) {
         throw base::InvalidArgument("solve_cgls: iterations and tolerance must not be negative");
     }
     const auto steps_of = [&](const Column3& norms) {
@@ -91,13 +92,22 @@ CglsResult solve_cgls(const LinearOperator& a, const Points& b, const Points& st
         a.subtract_and_transpose(alpha, product, r, s);
         const Column3 next = steps_of(squared_norms(s));
         const Column3 beta = ratio(next, gamma);
+        std::vector<double> change((std::size_t(d.rows()) + grain - 1) / grain, 0.0);
         over_rows(d.rows(), [&](Eigen::Index first, Eigen::Index count) {
             auto block = d.middleRows(first, count);
+            if (options.least_change > 0.0) {
+                change[std::size_t(first) / grain] =
+                    (block * alpha.matrix().asDiagonal()).cwiseAbs().maxCoeff();
+            }
             result.x.middleRows(first, count).noalias() += block * alpha.matrix().asDiagonal();
             block = s.middleRows(first, count) + (block * beta.matrix().asDiagonal()).eval();
         });
         gamma = next;
         ++result.iterations;
+        if (options.least_change > 0.0 &&
+            *std::max_element(change.begin(), change.end()) <= options.least_change) {
+            break;
+        }
     }
     result.residual = r.norm();
     result.normal_residual = s.norm();

@@ -227,6 +227,21 @@ class Results(CliTest):
         self.assertEqual(os.listdir(self.folder), ["wing.step"])
 
 
+    def test_symmetry_and_refinement_are_options_and_reported(self):
+        common = ["fit", WING / "wing.step", "--cage", WING / "wing_cage.obj", "-o", self.path("fitted.obj")]
+        local = self.report(*common)["fit"]
+        self.assertEqual(local["symmetry"], "y")
+        self.assertTrue(local["met"])
+        # Sharp chains lie on the file's curves, which the tolerance holds for too.
+        self.assertEqual([level["chains_on_features"] for level in local["levels"]], [3] * len(local["levels"]))
+        self.assertLess(local["levels"][-1]["curve_max"], local["tolerance"])
+        whole = self.report(*common, "--refine", "global", "--symmetry", "none")["fit"]
+        self.assertEqual(whole["symmetry"], "none")
+        self.assertLess(local["levels"][-1]["vertices"], whole["levels"][-1]["vertices"])
+        self.assertGreater(local["fairness"]["after"]["least_angle_deg"], 1.0)
+        self.check_error(run(*common, "--symmetry", "x"), 1)
+
+
 class Demo(CliTest):
     def test_the_sample_wing_becomes_one_closed_solid(self):
         file = self.path("wing.json")
@@ -260,6 +275,16 @@ class RealFiles(CliTest):
         self.assertEqual(report["solid"]["solids"], 1)
         self.assertTrue(report["solid"]["closed"] and report["solid"]["valid"] and report["solid"]["all_bicubic"])
         self.assertLess(report["continuity"]["max_gap"], 1e-9 * report["input"]["diagonal"])
+
+    def test_cages_made_by_hand_reach_the_tolerance(self):
+        for name, cage, vertices in (("naca_wing_dealii.iges", "naca_wing", 100), ("iea15_blade.igs", "blade", 600)):
+            with self.subTest(name):
+                report = self.report("convert", self.file(name), "--cage", SAMPLES / cage / "cage.obj", "-o", self.path("out.step"))
+                self.assertTrue(report["fit"]["met"])
+                self.assertTrue(report["solid"]["valid"])
+                self.assertLess(report["fit"]["levels"][report["fit"]["best_level"]]["vertices"], vertices)
+                for side in ("output_to_input", "input_to_output"):
+                    self.assertLess(report["deviation"][side]["max"], 1e-4 * report["input"]["diagonal"])
 
     def test_a_file_that_runs_into_column_65_is_read_with_a_notice(self):
         file = self.path("report.json")

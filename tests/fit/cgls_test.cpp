@@ -47,6 +47,23 @@ TEST_CASE("CGLS stops after K steps and says so", "[fit]") {
     CHECK(result.stop == fit::CglsStop::MaxIterations);
 }
 
+TEST_CASE("CGLS stops when no unknown moves by more than a length", "[fit]") {
+    std::srand(5);
+    const Dense a(Eigen::MatrixXd::Random(60, 20));
+    const geom::Points b = geom::Points::Random(60, 3), zero = geom::Points::Zero(20, 3);
+    const auto whole = fit::solve_cgls(a, b, zero, {.relative_residual = 1e-14});
+    const auto early =
+        fit::solve_cgls(a, b, zero, {.relative_residual = 0.0, .least_change = 1e-4});
+    CHECK(early.iterations < whole.iterations);
+    CHECK(early.stop == fit::CglsStop::Converged);
+    CHECK((early.x - whole.x).cwiseAbs().maxCoeff() < 1e-3);
+    // The step before moved something by more.
+    const auto before = fit::solve_cgls(a, b, zero, {.max_iterations = early.iterations - 1});
+    const auto twice = fit::solve_cgls(a, b, zero, {.max_iterations = early.iterations - 2});
+    CHECK((early.x - before.x).cwiseAbs().maxCoeff() <= 1e-4);
+    CHECK((before.x - twice.x).cwiseAbs().maxCoeff() > 1e-4);
+}
+
 TEST_CASE("CGLS with a zero right-hand side or an exact start takes no step", "[fit]") {
     const Dense identity(Eigen::MatrixXd::Identity(5, 5));
     const geom::Points b = geom::Points::Ones(5, 3);

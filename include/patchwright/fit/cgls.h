@@ -32,6 +32,8 @@ struct CglsOptions {
     int max_iterations = 100;  ///< K
     double relative_residual =
         1e-10;  ///< stop at |A^T r| <= this * |A^T r| of the start, by column
+    /// Stop, too, when a step changes no unknown by more than this; in their unit.
+    double least_change = 0.0;
     /// One step length for all three coordinates: for operators that mix them.
     bool joint = false;
     base::Progress progress;
