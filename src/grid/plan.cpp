@@ -115,6 +115,28 @@ std::vector<Ends> ends_at_borders(const BlockLayout& layout, const PlanOptions& 
     return ends;
 }
 
+/// The same at corresponding ends of all edges that lines connect: lines between edges that are
+/// dense and edges that are not would shear.
+void share_ends(const LineClasses& classes, std::vector<Ends>& ends) {
+    std::vector<Ends> of_class(std::size_t(classes.count()));
+    const auto turned = [](const Ends& e, bool reversed) {
+        return reversed ? Ends{e.last_mm, e.first_mm} : e;
+    };
+    for (std::size_t e = 0; e < ends.size(); ++e) {
+        const auto c = std::size_t(classes.edges[e].line_class);
+        const Ends own = turned(ends[e], classes.edges[e].reversed);
+        Ends& all = of_class[c];
+        all = {smaller(all.first_mm, own.first_mm), smaller(all.last_mm, own.last_mm)};
+        if (classes.mirrored[c] != 0) {
+            all.first_mm = all.last_mm = smaller(all.first_mm, all.last_mm);
+        }
+    }
+    for (std::size_t e = 0; e < ends.size(); ++e) {
+        ends[e] =
+            turned(of_class[std::size_t(classes.edges[e].line_class)], classes.edges[e].reversed);
+    }
+}
+
 /// Lengths along one edge, and what its points are spread by.
 class EdgeMeasure {
   public:
@@ -239,7 +261,8 @@ std::vector<EdgeSpec> edge_specs(const BlockLayout& layout, const LineClasses& c
                                  const std::vector<LineDensity>& densities,
                                  const std::vector<double>& lengths, const PlanOptions& options) {
     std::vector<EdgeSpec> specs(layout.edges.size());
-    const std::vector<Ends> ends = ends_at_borders(layout, options);
+    std::vector<Ends> ends = ends_at_borders(layout, options);
+    share_ends(classes, ends);
     std::vector<double> cells(std::size_t(classes.count()), 0.0);
     for (std::size_t e = 0; e < specs.size(); ++e) {
         const auto c = std::size_t(classes.edges[e].line_class);
