@@ -57,6 +57,54 @@ class CliTest(unittest.TestCase):
             self.assertEqual(old.read_text(), "old")
 
 
+class Grids(CliTest):
+    def test_formats_report_and_coarser_levels(self):
+        sizes = {}
+        for name, more in (("a.cgns", []), ("a.vtm", []), ("a.xyz", []), ("b.xyz", ["--plot3d", "ascii"]),
+                           ("c.xyz", ["--coarsen", 2]), ("d.xyz", ["--join"]), ("e.xyz", ["--unit", "m"])):
+            result = run("grid", WING / "wing_cage.obj", "-o", self.path(name), "--size", "80mm", "--levels", 2,
+                         "--spacing", "tanh", "--first-cell", "2mm", "--json", self.path("r.json"), *more)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertTrue(self.path(name).exists())
+            self.assertIn("smallest angle", result.stdout)
+            report = json.loads(self.path("r.json").read_text())["grid"]
+            sizes[name] = report["points"]
+            self.assertEqual(report["folded"], 0)
+            self.assertEqual(len(report["extraordinary"]), 6)
+        self.assertEqual(sizes["a.cgns"], sizes["a.xyz"])
+        self.assertEqual(sizes["a.vtm"], sizes["b.xyz"])
+        self.assertLess(sizes["c.xyz"], sizes["a.xyz"] / 8)
+        self.assertEqual(len(list((self.folder / "a").glob("*.vts"))), 6)
+
+    def test_two_runs_give_equal_bytes(self):
+        for name in ("a.xyz", "b.xyz"):
+            run("grid", SAMPLES / "cages" / "genus2.obj", "-o", self.path(name), "--points", 33)
+        self.assertEqual(self.path("a.xyz").read_bytes(), self.path("b.xyz").read_bytes())
+
+    def test_layers(self):
+        result = run("grid", SAMPLES / "cages" / "cube.obj", "-o", self.path("a.cgns"), "--layers", 8, "--layer-height", "1e-3rel",
+                     "--json", self.path("r.json"))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        report = json.loads(self.path("r.json").read_text())["grid"]
+        self.assertEqual(report["negative_volumes"], 0)
+        self.assertEqual(report["points"], 6 * 17 * 17 * 9)
+
+    def test_refused(self):
+        cage = WING / "wing_cage.obj"
+        out = self.path("out.cgns", "old")
+        for arguments, part in ((["--size", "0"], ""), (["--cluster", "upper"], "FAMILY:FAMILY=LENGTH"),
+                                (["--spacing", "tanh", "--cluster", "wing:=1mm"], "'wing'"),
+                                (["--first-cell", "1mm"], "--spacing"), (["--coarsen", 1], "--levels"),
+                                (["--layers", 3], "--layer-height"), (["--size", "1e-9mm"], "cells")):
+            with self.subTest(arguments=arguments):
+                self.check_error(run("grid", cage, "-o", out, *arguments), 1, part)
+                self.assertEqual(out.read_text(), "old")
+        self.check_error(run("grid", cage, "-o", "a.foo"), 1, ".cgns")
+        self.check_error(run("grid", self.path("none.obj"), "-o", out), 2)
+        self.check_error(run("grid", cage, "-o", self.folder / "no" / "a.cgns"), 4)
+        self.check_error(run("grid", cage, "-o", self.folder / "no" / "a.vtm"), 4)
+
+
 class Errors(CliTest):
     def test_usage(self):
         for arguments in ([], ["frobnicate"], ["convert"], ["export", "a.obj"], ["subdivide", "a.obj", "-n", "-1", "-o", "b.obj"],
