@@ -79,7 +79,9 @@ mesh::Cage joined(const std::vector<Blocks>& parts) {
     input.vertex_count = int(points.size());
     geom::Points rows(Eigen::Index(points.size()), 3);
     for (std::size_t i = 0; i < points.size(); ++i) rows.row(Eigen::Index(i)) = points[i];
-    return mesh::build_cage(std::move(input), std::move(rows), "layout").cage;
+    // Shells of hollows face inward, as the reference does there.
+    return mesh::build_cage(std::move(input), std::move(rows), "layout", mesh::Facing::AsGiven)
+        .cage;
 }
 
 }  // namespace

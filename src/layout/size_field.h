@@ -11,9 +11,9 @@ namespace patchwright::layout {
 
 struct SizeOptions {
     double tolerance_rel = 1e-3;  ///< of the diagonal: what the cage is to be fitted to
-    double least_rel = 8e-3;      ///< of the diagonal: shortest edge asked for
+    double least_rel = 6e-3;      ///< of the diagonal: shortest edge asked for
     double largest_rel = 0.12;    ///< of the diagonal: longest
-    double growth = 0.8;          ///< by how much length may grow per length
+    double growth = 0.6;          ///< by how much length may grow per length
     double fineness = 1.0;        ///< divides lengths by curvature and the shortest one
     int target_faces = 0;         ///< quads that lengths are scaled for; 0: as they are
 };

@@ -22,8 +22,8 @@ struct HalfEdge {
 
 class Checker {
   public:
-    Checker(TopologyInput& input, geom::Points& points, std::string_view source)
-        : input_(input), points_(points), source_(source) {}
+    Checker(TopologyInput& input, geom::Points& points, std::string_view source, Facing facing)
+        : input_(input), points_(points), source_(source), facing_(facing) {}
 
     int run() {
         check_vertices_and_sizes();
@@ -151,7 +151,8 @@ class Checker {
         int low, high;
     };
 
-    /// Makes all faces of a part agree, the minority being turned; closed parts face outward.
+    /// Makes all faces of a part agree, the minority being turned; closed parts face outward if
+    /// they are to.
     int orient() {
         std::vector<std::vector<Neighbour>> neighbours(input_.face_sizes.size());
         std::vector<char> open(input_.face_sizes.size(), 0);
@@ -178,7 +179,7 @@ class Checker {
             bool invert = 2 * turned_count > static_cast<std::ptrdiff_t>(part.size());
             const bool closed =
                 std::none_of(part.begin(), part.end(), [&](int f) { return open[std::size_t(f)]; });
-            if (closed) invert = volume(part, turned) < 0.0;
+            if (closed && facing_ == Facing::Outward) invert = volume(part, turned) < 0.0;
             for (const int f : part) {
                 if ((turned[std::size_t(f)] != 0) == invert) continue;
                 std::reverse(face(f).begin() + 1, face(f).end());
@@ -284,16 +285,18 @@ class Checker {
     std::string_view source_;
     std::vector<int> begin_;
     std::vector<HalfEdge> half_edges_;
+    Facing facing_;
 };
 
 }  // namespace
 
-BuildResult build_cage(TopologyInput input, geom::Points points, std::string_view source) {
+BuildResult build_cage(TopologyInput input, geom::Points points, std::string_view source,
+                       Facing facing) {
     if (points.rows() != input.vertex_count) {
         throw base::InvalidArgument(fmt::format("{}: {} points for {} vertices", source,
                                                 points.rows(), input.vertex_count));
     }
-    Checker checker(input, points, source);
+    Checker checker(input, points, source, facing);
     BuildResult result;
     result.flipped_faces = checker.run();
     std::vector<SectorTagInput> sectors;

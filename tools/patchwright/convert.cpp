@@ -25,7 +25,7 @@ struct ConvertOptions {
 };
 
 // A second, finer cage is not tried when it has more faces than this.
-constexpr int most_faces_again = 8000;
+constexpr int most_faces_again = 3000;
 
 struct Attempt {
     mesh::Cage fitted;

@@ -21,8 +21,14 @@ struct BuildResult {
         0;  ///< faces whose vertex order was reversed; their first vertex stays first
 };
 
+/// Which way closed parts face in the end.
+enum class Facing {
+    Outward,  ///< positive volume
+    AsGiven   ///< as most of their faces: inward ones bound hollows
+};
+
 /// Checks and connects. Neighbouring faces that disagree in orientation are turned to the
-/// majority's side; closed parts then face outward (positive volume).
+/// majority's side; closed parts then face outward unless asked otherwise.
 /// @param source  put before every message, usually the file name
 /// @throw InputError naming the first offending element (numbers count from 0): a face with fewer
 /// than
@@ -31,7 +37,8 @@ struct BuildResult {
 ///        fan, an inner vertex with two faces only, an unused vertex, a one-sided (Moebius) part, a
 ///        tag on an edge or vertex that does not exist, a negative or non-finite-but-not-infinite
 ///        sharpness
-BuildResult build_cage(TopologyInput input, geom::Points points, std::string_view source = "cage");
+BuildResult build_cage(TopologyInput input, geom::Points points, std::string_view source = "cage",
+                       Facing facing = Facing::Outward);
 
 /// Whether the limit surface around the vertex is not that of a regular grid: smooth inside with
 /// other than four faces, or with other than two faces (one at corners) between neighbouring
