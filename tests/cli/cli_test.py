@@ -207,6 +207,20 @@ class Results(CliTest):
                 for side in report["deviation"].values():
                     self.assertLess(side["max"], 1e-9 * diagonal)
 
+    def test_a_cage_from_cad(self):
+        made = self.path("made.obj")
+        cage = self.report("cage", WING / "wing.igs", "-o", made, "--layout", "aligned")["cage"]
+        self.assertGreater(cage["creases"], 0)
+        solid = self.report("export", made, "-o", self.path("made.step"))["solid"]
+        self.assertTrue(solid["closed"] and solid["valid"])
+        # The limit surface of a cage that nothing was fitted to is already near.
+        self.assertAlmostEqual(solid["volume"] / 121602975, 1.0, delta=0.1)
+        # A smooth lump is no wing.
+        lump = self.path("lump.step")
+        self.report("export", SAMPLES / "cages" / "cube.obj", "-o", lump)
+        self.check_refused(["cage", lump, "-o", "{out}.obj", "--layout", "aligned"], 2, "layout")
+        self.assertEqual(self.report("cage", lump, "-o", made)["cage"]["boundary_edges"], 0)
+
     def test_units_of_the_output(self):
         cage = SAMPLES / "cages" / "cube.obj"
         volume = self.report("export", cage, "-o", self.path("mm.step"))["solid"]["volume"]
