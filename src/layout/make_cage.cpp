@@ -84,6 +84,33 @@ mesh::Cage joined(const std::vector<Blocks>& parts) {
         .cage;
 }
 
+/// How often lengths are scaled towards a number of faces, and the logarithm of what is near.
+constexpr int rounds_of_scaling = 3;
+constexpr double near_enough = 0.2;
+
+std::vector<Blocks> remeshed(const occ::SurfaceMesh& surface, const occ::CadModel& model,
+                             const occ::CadReference& reference, const CageOptions& options,
+                             double scale) {
+    std::vector<Blocks> parts;
+    const auto names = group_names(model);
+    for (const Body& body : bodies_of(surface)) {
+        TriMesh mesh(part_of(body));
+        remesh(mesh, reference,
+               {.size = {.tolerance_rel = options.tolerance_rel,
+                         .fineness = options.fineness,
+                         .scale = scale},
+                .progress = options.progress});
+        parts.push_back(quad_blocks(mesh, reference.features(), names));
+    }
+    return parts;
+}
+
+std::size_t face_count(const std::vector<Blocks>& parts) {
+    std::size_t count = 0;
+    for (const Blocks& part : parts) count += part.faces.size();
+    return count;
+}
+
 }  // namespace
 
 CageResult make_cage(const occ::CadModel& model, const occ::CadReference& reference,
@@ -111,18 +138,15 @@ CageResult make_cage(const occ::CadModel& model, const occ::CadReference& refere
         if (options.method == Method::Aligned)
             throw base::InputError(
                 "no layout was recognised for the model; use --layout remesh or auto");
-        parts.clear();
         const occ::SurfaceMesh surface =
             occ::surface_mesh(model, reference, deflection_rel * diagonal);
-        const auto names = group_names(model);
-        for (const Body& body : bodies_of(surface)) {
-            TriMesh mesh(part_of(body));
-            remesh(mesh, reference,
-                   {.size = {.tolerance_rel = options.tolerance_rel,
-                             .fineness = options.fineness,
-                             .target_faces = options.target_faces},
-                    .progress = options.progress});
-            parts.push_back(quad_blocks(mesh, reference.features(), names));
+        parts = remeshed(surface, model, reference, options, 1.0);
+        double scale = 1.0;
+        for (int round = 0; round < rounds_of_scaling && options.target_faces > 0; ++round) {
+            const double ratio = double(face_count(parts)) / options.target_faces;
+            if (std::abs(std::log(ratio)) < near_enough) break;
+            scale *= std::sqrt(ratio);
+            parts = remeshed(surface, model, reference, options, scale);
         }
         if (surface.faces_without > 0)
             result.notices.push_back(

@@ -53,9 +53,7 @@ SizeField::SizeField(const TriMesh& mesh, const occ::CadReference& reference,
             if (mesh_.vertex_alive(int(i))) size_[i] = by_curvature(int(i));
     });
     limit_growth();
-    if (options.target_faces == 0) return;
-    scale_ = std::sqrt(expected_faces() / options.target_faces);
-    for (double& s : size_) s *= scale_;
+    for (double& s : size_) s *= options.scale;
 }
 
 double SizeField::by_curvature(int v) const {
@@ -78,7 +76,7 @@ double SizeField::by_curvature(int v) const {
 
 void SizeField::add_vertex(int a, int b) {
     const int v = mesh_.vertex_count() - 1;
-    size_.push_back(std::min(0.5 * (at(a) + at(b)), scale_ * by_curvature(v)));
+    size_.push_back(std::min(0.5 * (at(a) + at(b)), options_.scale * by_curvature(v)));
 }
 
 void SizeField::limit_growth() {
@@ -97,17 +95,6 @@ void SizeField::limit_growth() {
             queue.emplace(reach, w);
         }
     }
-}
-
-double SizeField::expected_faces() const {
-    double count = 0.0;
-    for (int t = 0; t < mesh_.triangle_count(); ++t) {
-        if (!mesh_.alive(t)) continue;
-        double length = 0.0;
-        for (const int v : mesh_.triangle(t)) length += at(v) / 3.0;
-        count += 0.5 * mesh_.area_vector(t).norm() / (0.87 * length * length);
-    }
-    return count;
 }
 
 }  // namespace patchwright::layout

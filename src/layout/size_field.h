@@ -15,7 +15,7 @@ struct SizeOptions {
     double largest_rel = 0.12;    ///< of the diagonal: longest
     double growth = 0.6;          ///< by how much length may grow per length
     double fineness = 1.0;        ///< divides lengths by curvature and the shortest one
-    int target_faces = 0;         ///< quads that lengths are scaled for; 0: as they are
+    double scale = 1.0;           ///< multiplies all lengths
 };
 
 /// Wanted lengths, one a vertex of a mesh that changes.
@@ -31,12 +31,10 @@ class SizeField {
 
   private:
     [[nodiscard]] double by_curvature(int v) const;
-    [[nodiscard]] double expected_faces() const;
 
     const TriMesh& mesh_;
     const occ::CadReference& reference_;
     SizeOptions options_;
-    double scale_ = 1.0;
     std::vector<double> size_;
 };
 

@@ -132,9 +132,9 @@ TEST_CASE("the number of faces follows what is asked for", "[layout]") {
         const layout::CageResult result =
             layout::make_cage(wing().model, wing().reference,
                               {.method = layout::Method::Remesh, .target_faces = target});
-        // Triangles left over and features, which ask for vertices of their own, are not foreseen.
-        CHECK(result.cage.topology->face_count() > target / 2);
-        CHECK(result.cage.topology->face_count() < 2 * target);
+        // Lengths are scaled by the number of faces they gave until it is within a fifth or so.
+        CHECK(result.cage.topology->face_count() > target / 1.3);
+        CHECK(result.cage.topology->face_count() < 1.3 * target);
     }
 }
 
