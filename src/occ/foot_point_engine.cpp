@@ -181,7 +181,26 @@ class Search {
         triangle_bound_ = collect_candidates();
         Nearest nearest = nearest_on_faces();
         nearest_on_edges(nearest);
+        descend_from_edges(nearest);
         return nearest;
+    }
+
+    // A foot that hugs an edge may lie in a triangle whose bounds, taken by samples, say that it
+    // holds none: from a point on an edge go on into the faces beside it.
+    void descend_from_edges(Nearest& nearest) {
+        const double slack = coincident * model_.size;
+        const Vec3 from = nearest.point;
+        for (const CurveHit& hit : s_.hits) {
+            if ((hit.point - from).squaredNorm() > slack * slack) continue;
+            const ModelEdge& edge = model_.network.edges[std::size_t(hit.edge)];
+            for (const EdgeUse& use : edge.uses) {
+                const FaceSurface& face = surface(use.face);
+                const FaceSurface::Start start{parameters_beside(edge, use, hit.t), hit.distance};
+                const auto foot = face.descend(query_, start, {});
+                if (foot.distance < nearest.distance - slack && face.contains(foot.uv))
+                    nearest = {SurfaceFoot{use.face, foot}, foot.point, foot.distance};
+            }
+        }
     }
 
     Nearest nearest_on_faces() {
