@@ -253,7 +253,7 @@ bool CapBuilder::fill_smoothly(const std::vector<Sector>& sectors, Cap& cap,
                                std::unique_ptr<CapSolver>& corner) {
     const FanKind kind = cap.fan.kind;
     const int n = cap.fan.size();
-    if (kind == FanKind::Spike || n < 2) return false;
+    if (!has_tangent_plane(kind) || n < 2) return false;
     CapSolver::Net net(Eigen::Index(cap_points) * n, 3);
     for (int s = 0; s < n; ++s) {
         const auto outer = sectors[std::size_t(s)].outer_pieces();
@@ -367,7 +367,10 @@ Cap CapBuilder::build(const Fan& fan) {
     bool smooth = options_.join == Join::G1 && !alone;
     for (int depth = first_level + 1;; ++depth) {
         Cap cap{.fan = fan, .hole = depth - 1};
-        cap.report = {.vertex = fan.vertex, .faces = fan.size(), .depth = depth};
+        cap.report = {.vertex = fan.vertex,
+                      .faces = fan.size(),
+                      .depth = depth,
+                      .limit_has_plane = has_tangent_plane(fan.kind)};
         cap.pieces.resize(sectors.size());
         const std::vector<Sector> outside = sectors;
         for (Sector& sector : sectors) sector.descend();

@@ -29,7 +29,7 @@ constexpr int cap_row(int face, int i, int j) { return cap_points * face + cap_s
 class CapSolver {
   public:
     /// @param angle  phi at corners; elsewhere it follows from kind and size
-    /// @pre kind is not Spike, size >= 2 (>= 3 for a ring)
+    /// @pre has_tangent_plane(kind), size >= 2 (>= 3 for a ring)
     using Net = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
     CapSolver(FanKind kind, int size, double angle = 0.0);

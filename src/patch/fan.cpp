@@ -15,6 +15,7 @@ bool Fan::is_regular() const {
         case FanKind::Crease: return size() == 2;
         case FanKind::Corner: return size() == 1;
         case FanKind::Dart:
+        case FanKind::Fold:
         case FanKind::Spike: return false;
     }
     return false;
@@ -40,7 +41,7 @@ std::vector<Fan> fans_around(const Topology& t, VertexId v) {
     const bool corner = std::isinf(t.sharpness(v));
     FanKind kind = FanKind::Corner;
     if (sharp_edges == 0) kind = corner ? FanKind::Spike : FanKind::Ring;
-    if (sharp_edges == 1 && !corner) kind = FanKind::Dart;
+    if (sharp_edges == 1) kind = corner ? FanKind::Fold : FanKind::Dart;
     if (sharp_edges == 2 && !corner) kind = FanKind::Crease;
     std::vector<Fan> fans;
     for (const CornerId at : around) {

@@ -14,8 +14,14 @@ enum class FanKind {
     Crease,  ///< between two sharp edges that go on into each other smoothly
     Dart,    ///< all around from the only sharp edge back to it
     Corner,  ///< between two sharp edges that meet at an angle
+    Fold,    ///< all around from a sharp vertex's only sharp edge back to it: runs back into itself
     Spike    ///< a sharp vertex without sharp edges
 };
+
+/// Whether the limit surface has a tangent plane there, for any shape of the cage.
+constexpr bool has_tangent_plane(FanKind kind) {
+    return kind != FanKind::Fold && kind != FanKind::Spike;
+}
 
 /// Faces that follow each other counter-clockwise around a vertex, smooth edges between them.
 struct Fan {

@@ -104,17 +104,20 @@ class SectionWriter {
             p.control_points);
         if (p.caps.empty()) return;
         patch::CapReport worst;
-        int depth = 0, kinked = 0;
+        int depth = 0, kinked = 0, planeless = 0;
         for (const patch::CapReport& cap : p.caps) {
             if (cap.distance_mm >= worst.distance_mm) worst = cap;
             depth = std::max(depth, cap.depth);
             kinked += cap.smooth ? 0 : 1;
+            planeless += cap.limit_has_plane ? 0 : 1;
         }
         row("caps", "{} at extraordinary vertices ({}), {} knot levels at most", p.caps.size(),
             p.continuity, depth);
         row("  off the limit", "{} at most, at vertex {} with {} faces",
             relative(worst.distance_mm), worst.vertex.value, worst.faces);
-        if (p.continuity == "g1" && kinked > 0) row("  not smooth", "{}", kinked);
+        if (p.continuity == "g1" && kinked > 0)
+            row("  not smooth", "{}, of those {} where the limit surface has no tangent plane",
+                kinked, planeless);
     }
     void solid(const SolidFigures& s) {
         sections_.push_back({"Model as read back", {}});

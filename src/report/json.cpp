@@ -147,7 +147,8 @@ class Writer {
                             {"faces", cap.faces},
                             {"depth", cap.depth},
                             {"distance", length(cap.distance_mm)},
-                            {"smooth", cap.smooth}});
+                            {"smooth", cap.smooth},
+                            {"limit_has_plane", cap.limit_has_plane}});
         }
         return {{"count", p.count},
                 {"charts", p.covering == "charts" ? p.count : 0},

@@ -33,7 +33,7 @@ double seconds(Work&& work) {
 
 Json random_cages(unsigned seeds, const std::filesystem::path& folder) {
     double gap = 0.0, kink = 0.0;
-    int invalid = 0, not_bicubic = 0, edges = 0, exempt = 0, caps = 0, not_smooth = 0;
+    int invalid = 0, not_bicubic = 0, edges = 0, exempt = 0, caps = 0, not_smooth = 0, no_plane = 0;
     const double time = seconds([&] {
         for (unsigned seed = 0; seed < seeds; ++seed) {
             const auto file = folder / ("cage_" + std::to_string(seed) + ".step");
@@ -46,6 +46,7 @@ Json random_cages(unsigned seeds, const std::filesystem::path& folder) {
             exempt += result.exempt_edges;
             caps += result.caps;
             not_smooth += result.caps_not_smooth;
+            no_plane += result.caps_without_plane;
         }
     });
     return {{"cages", seeds},
@@ -55,6 +56,7 @@ Json random_cages(unsigned seeds, const std::filesystem::path& folder) {
             {"exempt_edges", exempt},
             {"caps", caps},
             {"caps_not_smooth", not_smooth},
+            {"of_those_without_limit_tangent_plane", no_plane},
             {"not_valid", invalid},
             {"not_bicubic", not_bicubic},
             {"seconds", time}};

@@ -20,6 +20,7 @@ struct RandomPatches {
     int smooth_edges = 0;
     int exempt_edges = 0;  ///< smooth ones that end at a vertex whose cap is not smooth
     int caps = 0, caps_not_smooth = 0;
+    int caps_without_plane = 0;  ///< not smooth, as the limit surface itself has no tangent plane
 };
 
 /// Open and closed, with creases, corners, darts, semi-sharp edges and polygons of all sizes; every
@@ -60,8 +61,10 @@ inline RandomPatches write_random_patches(unsigned seed, const std::filesystem::
     const auto creases = int(patch::crease_midpoints(extraction.patches).rows());
     result.exempt_edges = smooth.crease_edges - creases;
     result.caps = int(extraction.caps.size());
-    for (const patch::CapReport& cap : extraction.caps)
+    for (const patch::CapReport& cap : extraction.caps) {
         result.caps_not_smooth += cap.smooth ? 0 : 1;
+        result.caps_without_plane += cap.limit_has_plane ? 0 : 1;
+    }
     return result;
 }
 

@@ -39,10 +39,12 @@ struct CapReport {
     int faces = 0;             ///< around the vertex on this side of its sharp edges
     int depth = 0;             ///< knots come as near as 2^-depth of a face
     double distance_mm = 0.0;  ///< largest measured distance from the limit surface
-    /// Whether tangent planes agree exactly. They do not with Join::Refined, at sharp
-    /// vertices without sharp edges (the limit surface has a point there), and at corners whose
-    /// sharp edges are nearly parallel.
+    /// Whether tangent planes agree exactly. They do not with Join::Refined, where the limit
+    /// surface has no tangent plane, and at some corners: those whose sharp edges are nearly
+    /// parallel, and those where a smooth cap would fold.
     bool smooth = false;
+    /// Not at sharp vertices with one sharp edge or none, where it ends in a point or a fold.
+    bool limit_has_plane = true;
 };
 
 struct Extraction {
