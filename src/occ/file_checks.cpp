@@ -20,12 +20,6 @@ namespace {
 
 using Path = std::filesystem::path;
 
-template <class... Args>
-[[noreturn]] void refuse(const Path& path, fmt::format_string<Args...> format, Args&&... args) {
-    throw base::InputError(
-        fmt::format("{}: {}", path.string(), fmt::format(format, std::forward<Args>(args)...)));
-}
-
 std::string content_of(const Path& path) {
     if (std::filesystem::is_directory(path)) refuse(path, "is a folder; give a CAD file");
     std::ifstream stream(path, std::ios::binary | std::ios::ate);

@@ -36,12 +36,6 @@ namespace {
 
 using Path = std::filesystem::path;
 
-template <class... Args>
-[[noreturn]] void refuse(const Path& path, fmt::format_string<Args...> format, Args&&... args) {
-    throw base::InputError(
-        fmt::format("{}: {}", path.string(), fmt::format(format, std::forward<Args>(args)...)));
-}
-
 std::string text_of(const Handle(TCollection_HAsciiString) & text) {
     std::string result = text.IsNull() ? "" : text->ToCString();
     result.erase(0, std::min(result.find_first_not_of(' '), result.size()));

@@ -2,6 +2,9 @@
 
 #include <patchwright/base/error.h>
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <charconv>
 #include <cstdint>
 #include <unordered_map>
@@ -192,8 +195,46 @@ class Compactor {
     std::vector<std::int64_t> written_as_;  // by number as read
 };
 
+/// The character that starts `text` in UTF-8, which is shortened by it; a byte that starts none
+/// stands for itself.
+char32_t take_character(std::string_view& text) {
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+    const std::size_t length = byte(0) >= 0xF0 ? 4 : byte(0) >= 0xE0 ? 3 : byte(0) >= 0xC0 ? 2 : 1;
+    constexpr unsigned lead_bits[] = {0, 0xFF, 0x1F, 0x0F, 0x07};
+    char32_t character = byte(0) & lead_bits[length];
+    for (std::size_t i = 1; i < length; ++i) {
+        if (i >= text.size() || (byte(i) & 0xC0) != 0x80) {
+            character = byte(0);
+            text.remove_prefix(1);
+            return character;
+        }
+        character = (character << 6) | (byte(i) & 0x3F);
+    }
+    text.remove_prefix(length);
+    return character;
+}
+
+bool is_ascii(char c) { return static_cast<unsigned char>(c) < 0x80; }
+
 }  // namespace
 
 std::string compact_step(std::string_view text) { return Compactor().run(text); }
+
+std::string encode_step_text(std::string_view text) {
+    std::string out;
+    out.reserve(text.size());
+    while (!text.empty()) {
+        const auto plain = std::find_if_not(text.begin(), text.end(), is_ascii);
+        out.append(text.begin(), plain);
+        text.remove_prefix(std::size_t(plain - text.begin()));
+        while (!text.empty() && !is_ascii(text.front())) {
+            const char32_t character = take_character(text);
+            const bool wide = character > 0xFFFF;
+            out += fmt::format(fmt::runtime(wide ? "\\X4\\{:08X}\\X0\\" : "\\X2\\{:04X}\\X0\\"),
+                               std::uint32_t(character));
+        }
+    }
+    return out;
+}
 
 }  // namespace patchwright::occ

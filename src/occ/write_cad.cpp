@@ -166,7 +166,7 @@ void write_step(const CadModel& model, const Path& target, const Path& temporary
     text.SendModel(Handle(StepData_Protocol)::DownCast(writer.WS()->Protocol()));
     std::ostringstream stream;
     if (!text.Print(stream)) refuse(target, "write the model as STEP");
-    const std::string compact = compact_step(std::move(stream).str());
+    const std::string compact = compact_step(encode_step_text(stream.str()));
     std::ofstream file(temporary, std::ios::binary);
     file.write(compact.data(), std::streamsize(compact.size())).flush();
     if (!file) refuse(target, "write the file; disk full?");

@@ -21,6 +21,7 @@
 #include <catch2/catch.hpp>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -54,6 +55,19 @@ class TemporaryName {
 patch::PatchSet cube_patches() { return patch::extract(test::cube(40.0)).patches; }
 
 }  // namespace
+
+TEST_CASE("names beyond ASCII are written as Part 21 asks for", "[occ]") {
+    CHECK(occ::encode_step_text("wing's \\\\ tip") == "wing's \\\\ tip");
+    CHECK(occ::encode_step_text("Fl\u00fcgel") == "Fl\\X2\\00FC\\X0\\gel");
+    CHECK(occ::encode_step_text("\u7ffc\U0001F6E9") == "\\X2\\7FFC\\X0\\\\X4\\0001F6E9\\X0\\");
+    CHECK(occ::encode_step_text("\xe4\xe9 \xc3") ==  // not UTF-8
+          "\\X2\\00E4\\X0\\\\X2\\00E9\\X0\\ \\X2\\00C3\\X0\\");
+    const TemporaryName file("Fl\u00fcgel.step");
+    occ::write_cad(occ::assemble(cube_patches()), file.path());
+    const std::string text = file.text();
+    CHECK(std::all_of(text.begin(), text.end(), [](char c) { return c > 0; }));
+    CHECK(occ::inspect(occ::read_cad(file.path()).model).solids == 1);
+}
 
 TEST_CASE("the smooth cube takes 6 faces and 40 kB", "[occ]") {
     const TemporaryName file("cube.step");
