@@ -3,6 +3,7 @@
 #include <patchwright/fit/cgls.h>
 
 #include <algorithm>
+#include <limits>
 #include <vector>
 
 namespace patchwright::fit {
@@ -39,24 +40,13 @@ Column3 ratio(const Column3& a, const Column3& b) {
     return (b > 0.0).select(a / b.max(1e-300), Column3::Zero());
 }
 
-void add_scaled(Points& to, const Column3& factor, const Points& what) {
-    over_rows(to.rows(), [&](Eigen::Index first, Eigen::Index count) {
-        to.middleRows(first, count).noalias() +=
-            what.middleRows(first, count) * factor.matrix().asDiagonal();
-    });
-}
-
 }  // namespace
 
-Eigen::Array3d LinearOperator::apply_with_norms(const Points& x, Points& y) const {
-    apply(x, y);
-    return squared_norms(y);
-}
-
-void LinearOperator::subtract_and_transpose(const Eigen::Array3d& factor, const Points& q,
-                                            Points& r, Points& x) const {
-    add_scaled(r, -factor, q);
-    apply_transposed(r, x);
+Eigen::Array3d LinearOperator::normal_product(const Points& x, Points& t) const {
+    Points product;
+    apply(x, product);
+    apply_transposed(product, t);
+    return squared_norms(product);
 }
 
 CglsResult solve_cgls(const LinearOperator& a, const Points& b, const Points& start,
@@ -74,40 +64,77 @@ CglsResult solve_cgls(const LinearOperator& a, const Points& b, const Points& st
     };
     CglsResult result;
     result.x = start;
-    Points product, s;
-    a.apply(start, product);
-    Points r = b;
-    a.subtract_and_transpose(Column3::Ones(), product, r, s);
-    Points d = s;
+    Points r, s, d, t;
+    Points safe = start;  // where the residual was made from x the last time
+    Column3 least_residual = Column3::Constant(std::numeric_limits<double>::infinity());
+    const auto set_residual = [&] {
+        a.apply(result.x, r);
+        r = b - r;
+        // Every step makes it smaller but those that rounding alone directs, where A^T r is zero.
+        const Column3 now = steps_of(squared_norms(r));
+        if (!(now <= least_residual * (1.0 + 1e-9)).all()) {
+            for (int c = 0; c < 3; ++c) {
+                if (!(now[c] <= least_residual[c])) result.x.col(c) = safe.col(c);
+            }
+            a.apply(result.x, r);
+            r = b - r;
+        }
+        least_residual = steps_of(squared_norms(r));
+        safe = result.x;
+        a.apply_transposed(r, s);
+    };
+    set_residual();
     Column3 gamma = steps_of(squared_norms(s));
-    const Column3 goal = gamma * options.relative_residual * options.relative_residual;
-    while ((gamma > goal).any()) {
+    // Below rounding the recurrence goes on where the truth cannot follow.
+    const double wanted = std::max(options.relative_residual, 1e-15);
+    const Column3 goal = gamma * wanted * wanted;
+    Column3 least = gamma;  // when the residual was made anew the last time
+    d = s;
+    bool still = false;
+    for (;;) {
+        if (still || !(gamma > goal).any()) {
+            // What rounding has put between the recurrence and the truth shows here.
+            if (result.iterations > 0) set_residual();
+            gamma = steps_of(squared_norms(s));
+            const bool better = (gamma < 0.25 * least || gamma <= goal).all();
+            if (still || !better || !(gamma > 1.1 * goal).any()) break;
+            least = gamma;
+            d = s;
+        }
         if (result.iterations == options.max_iterations) {
+            set_residual();
             result.stop = CglsStop::MaxIterations;
             break;
         }
         base::report_progress(options.progress, "solve",
                               double(result.iterations) / options.max_iterations);
-        const Column3 alpha = ratio(gamma, steps_of(a.apply_with_norms(d, product)));
-        a.subtract_and_transpose(alpha, product, r, s);
-        const Column3 next = steps_of(squared_norms(s));
-        const Column3 beta = ratio(next, gamma);
-        std::vector<double> change((std::size_t(d.rows()) + grain - 1) / grain, 0.0);
+        // Coordinates that are there stay: their directions hold nothing but rounding any more.
+        const Eigen::Array<bool, 3, 1> open = gamma > goal;
+        const Column3 alpha = open.select(ratio(gamma, steps_of(a.normal_product(d, t))), 0.0);
+        const std::size_t blocks = (std::size_t(d.rows()) + grain - 1) / grain;
+        std::vector<double> change(blocks, 0.0);
+        std::vector<Column3> norms(blocks);
+        over_rows(d.rows(), [&](Eigen::Index first, Eigen::Index count) {
+            const auto block = std::size_t(first) / grain;
+            const auto step = d.middleRows(first, count) * alpha.matrix().asDiagonal();
+            if (options.least_change > 0.0) change[block] = Points(step).cwiseAbs().maxCoeff();
+            result.x.middleRows(first, count).noalias() += step;
+            s.middleRows(first, count).noalias() -=
+                t.middleRows(first, count) * alpha.matrix().asDiagonal();
+            norms[block] = s.middleRows(first, count).colwise().squaredNorm().transpose().array();
+        });
+        Column3 sum = Column3::Zero();
+        for (const Column3& part : norms) sum += part;
+        const Column3 next = steps_of(sum);
+        const Column3 beta = open.select(ratio(next, gamma), 0.0);
         over_rows(d.rows(), [&](Eigen::Index first, Eigen::Index count) {
             auto block = d.middleRows(first, count);
-            if (options.least_change > 0.0) {
-                change[std::size_t(first) / grain] =
-                    (block * alpha.matrix().asDiagonal()).cwiseAbs().maxCoeff();
-            }
-            result.x.middleRows(first, count).noalias() += block * alpha.matrix().asDiagonal();
             block = s.middleRows(first, count) + (block * beta.matrix().asDiagonal()).eval();
         });
         gamma = next;
         ++result.iterations;
-        if (options.least_change > 0.0 &&
-            *std::max_element(change.begin(), change.end()) <= options.least_change) {
-            break;
-        }
+        still = options.least_change > 0.0 && blocks > 0 &&
+                *std::max_element(change.begin(), change.end()) <= options.least_change;
     }
     result.residual = r.norm();
     result.normal_residual = s.norm();

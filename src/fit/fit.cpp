@@ -1,3 +1,4 @@
+#include "fit/facing.h"
 #include "fit/measure.h"
 #include "fit/refinement.h"
 
@@ -58,11 +59,8 @@ void fit_candidate(Candidate& c, const geom::ReferenceSurface& reference,
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-}  // namespace
-
-FitResult fit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-              const FitOptions& options) {
-    check(options);
+FitResult fit_facing(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
+                     const FitOptions& options) {
     FitResult result;
     Candidate now{.cage = cage};
     std::optional<Candidate> kept;
@@ -95,6 +93,18 @@ FitResult fit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
     result.cage = std::move(kept->cage);
     result.symmetry_axis = kept->symmetry_axis;
     result.best_level = kept->number;
+    return result;
+}
+
+}  // namespace
+
+FitResult fit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
+              const FitOptions& options) {
+    check(options);
+    const bool away = faces_away(cage, reference);
+    FitResult result = away ? fit_facing(cage, TurnedReference(reference), options)
+                            : fit_facing(cage, reference, options);
+    result.faces_away = away;
     return result;
 }
 

@@ -1,3 +1,5 @@
+#include "fit/limit_rows.h"
+
 #include <patchwright/base/error.h>
 #include <patchwright/fit/interpolate.h>
 #include <patchwright/subd/limit_operator.h>
@@ -11,47 +13,24 @@ namespace patchwright::fit {
 
 namespace {
 
-/// A limit operator with a row a place.
-class PlacesOperator final : public LinearOperator {
-  public:
-    PlacesOperator(const mesh::Topology& topology, std::span<const subd::Location> places)
-        : limit_(make(topology, places)) {}
-    [[nodiscard]] Eigen::Index rows() const override { return limit_.rows(); }
-    [[nodiscard]] Eigen::Index columns() const override { return limit_.columns(); }
-    void apply(const geom::Points& x, geom::Points& y) const override { limit_.apply(x, y); }
-    void apply_transposed(const geom::Points& y, geom::Points& x) const override {
-        limit_.apply_transposed(y, x);
-    }
-    Eigen::Array3d apply_with_norms(const geom::Points& x, geom::Points& y) const override {
-        return limit_.apply_with_norms(x, y);
-    }
-    void subtract_and_transpose(const Eigen::Array3d& factor, const geom::Points& q,
-                                geom::Points& r, geom::Points& x) const override {
-        limit_.subtract_and_transpose(factor, q, r, x);
-    }
-
-  private:
-    static subd::LimitOperator make(const mesh::Topology& topology,
+/// With a row a place.
+subd::LimitOperator places_operator(const mesh::Topology& topology,
                                     std::span<const subd::Location> places) {
-        // Places at the same parameters share their masks.
-        std::map<std::pair<double, double>, int> known;
-        std::vector<subd::ParameterSet> sets;
-        std::vector<subd::Site> sites;
-        for (const subd::Location& at : places) {
-            if (!(at.u >= 0.0 && at.u <= 1.0 && at.v >= 0.0 && at.v <= 1.0)) {
-                throw base::InvalidArgument(fmt::format(
-                    "face {}: parameters ({}, {}) are not on it", at.face.value, at.u, at.v));
-            }
-            const auto [entry, added] =
-                known.try_emplace({at.u, at.v}, static_cast<int>(sets.size()));
-            if (added) sets.push_back({Eigen::Vector2d(at.u, at.v)});
-            sites.push_back({at.face, at.sector, entry->second});
+    // Places at the same parameters share their masks.
+    std::map<std::pair<double, double>, int> known;
+    std::vector<subd::ParameterSet> sets;
+    std::vector<subd::Site> sites;
+    for (const subd::Location& at : places) {
+        if (!(at.u >= 0.0 && at.u <= 1.0 && at.v >= 0.0 && at.v <= 1.0)) {
+            throw base::InvalidArgument(fmt::format("face {}: parameters ({}, {}) are not on it",
+                                                    at.face.value, at.u, at.v));
         }
-        return {topology, sets, sites};
+        const auto [entry, added] = known.try_emplace({at.u, at.v}, static_cast<int>(sets.size()));
+        if (added) sets.push_back({Eigen::Vector2d(at.u, at.v)});
+        sites.push_back({at.face, at.sector, entry->second});
     }
-
-    subd::LimitOperator limit_;
-};
+    return {topology, sets, sites};
+}
 
 }  // namespace
 
@@ -61,7 +40,7 @@ InterpolationResult interpolate(const mesh::Cage& cage, std::span<const subd::Lo
         throw base::InvalidArgument(
             fmt::format("{} targets for {} places", targets.rows(), places.size()));
     }
-    const PlacesOperator limit(*cage.topology, places);
+    const subd::LimitOperator limit = places_operator(*cage.topology, places);
     InterpolationResult result{.cage = cage};
     geom::Points at;
     limit.apply(cage.points, at);
@@ -74,7 +53,7 @@ InterpolationResult interpolate(const mesh::Cage& cage, std::span<const subd::Lo
     // the nearest. What rounding leaves is the problem of another, much smaller solution.
     for (int pass = 0; pass < 4 && result.largest_distance > goal; ++pass) {
         const CglsResult step =
-            solve_cgls(limit, targets - at, geom::Points::Zero(limit.columns(), 3),
+            solve_cgls(LimitRows(limit), targets - at, geom::Points::Zero(limit.columns(), 3),
                        {.max_iterations = options.max_iterations - result.iterations,
                         .relative_residual = 1e-10,
                         .progress = options.progress});

@@ -60,9 +60,13 @@ class LevelFitter {
           surface_(topology_, {interior_grid(options.samples_per_edge)}, face_sites(topology_),
                    subd::SampleRows::PointsAndTangents),
           bending_(topology_, {interior_grid(2)}, face_sites(topology_), subd::SampleRows::Bending),
+          bent_places_(topology_, {interior_grid(2)}, face_sites(topology_),
+                       subd::SampleRows::PointsAndTangents),
           curve_(topology_, side_sets(options.samples_per_edge), curves_.sites),
           curve_steps_{.held = std::vector<std::uint8_t>(std::size_t(topology_.vertex_count()))},
           surface_steps_(curve_steps_) {
+        bending_.apply(points_, given_);
+        find_evenness();
         Points samples;
         curve_.apply(points_, samples);
         match_ =
@@ -143,10 +147,13 @@ class LevelFitter {
             if (now.distances.max < enough * options_.tolerance_mm) return;
             (now.of_curves ? now.weights.along : now.weights.across) = sliding;
             // Bending has fewer samples a face than the surface, and they count alike.
-            const double bending = fairness * double(samples.rows()) / double(bending_.rows());
-            const StepOperator step(samples, now.weights, bending_, bending, damping, constraints);
+            const double share = double(samples.rows()) / double(bending_.rows());
+            const double bending = fairness * share;
+            const Stiffness stiff = stiffness(bending, share);
+            const StepOperator step(samples, now.weights, bending_, stiff.rows, damping,
+                                    constraints);
             const CglsResult solution =
-                solve_cgls(step, step.right_side(now.target - now.limit, points_),
+                solve_cgls(step, step.right_side(now.target - now.limit, changes(stiff)),
                            Points::Zero(step.columns(), 3),
                            {.max_iterations = options_.max_cgls_iterations,
                             .relative_residual = 1e-4,
@@ -156,8 +163,8 @@ class LevelFitter {
             level_.cgls_steps += solution.iterations;
             ++level_.projections;
             const double was = now.energy(now.weights), is = next.energy(now.weights);
-            const double before = was + bending * bending_energy(points_);
-            const double after = is + bending * bending_energy(candidate);
+            const double before = was + energy(stiff, points_);
+            const double after = is + energy(stiff, candidate);
             if (!(after < before)) {
                 if (sliding < 1.0) {
                     sliding = 1.0;
@@ -179,10 +186,83 @@ class LevelFitter {
         }
     }
 
-    [[nodiscard]] double bending_energy(const Points& points) const {
+    /// How second derivatives count: all of them with the bending's weight, and what lies in the
+    /// surface, where it makes lines uneven but bends nothing, with the evenness' weight as far as
+    /// it is not the given cage's.
+    struct Stiffness {
+        SampleWeights rows;
+        double bending = 0.0;
+        Eigen::VectorXd evenness;
+    };
+
+    /// Sliding by as much as a face is wide counts as much as missing by the tolerance.
+    void find_evenness() {
+        std::vector<double> rows;
+        for (const mesh::FaceId f : topology_.faces()) {
+            const int n = topology_.size(f);
+            std::vector<double> sides;
+            for (const mesh::CornerId c : topology_.corners(f)) {
+                const VertexId a = topology_.vertex(c), b = topology_.vertex(topology_.next(c));
+                sides.push_back((points_.row(a.value) - points_.row(b.value)).norm());
+            }
+            for (int sector = 0; sector < (n == 4 ? 1 : n); ++sector) {
+                const auto at = [&](int i) { return sides[std::size_t((sector + i) % n)]; };
+                const double u = n == 4 ? 0.5 * (at(0) + at(2)) : 0.5 * at(0);
+                const double v = n == 4 ? 0.5 * (at(1) + at(3)) : 0.5 * at(n - 1);
+                for (int sample = 0; sample < 4; ++sample) {
+                    rows.insert(rows.end(), {u * u, u * v, v * v});
+                }
+            }
+        }
+        evenness_ = Eigen::Map<const Eigen::VectorXd>(rows.data(), Eigen::Index(rows.size()))
+                        .cwiseMax(1e-300)
+                        .cwiseInverse() *
+                    std::pow(options_.tolerance_mm, 2);
+    }
+
+    [[nodiscard]] Stiffness stiffness(double bending, double share) const {
+        Stiffness s{.bending = bending, .evenness = share * evenness_};
+        s.rows.along = std::sqrt(bending);
+        s.rows.across_by_row = (s.evenness.array() + bending).sqrt();
+        s.rows.without = s.rows.along;
+        s.rows.weight = Eigen::VectorXd::Ones(bending_.rows());
+        s.rows.direction = Points::Zero(bending_.rows(), 3);
+        const Points normals = bent_places_.normals(points_);
+        for (Eigen::Index i = 0; i < normals.rows(); ++i) {
+            const auto normal = unit_or_none(normals.row(i).transpose());
+            if (normal) s.rows.direction.middleRows(3 * i, 3).rowwise() = normal->transpose();
+        }
+        return s;
+    }
+
+    /// The part across the directions; none where there is none.
+    static Eigen::RowVector3d tangential(const Stiffness& s, const Points& rows, Eigen::Index i) {
+        const Eigen::RowVector3d n = s.rows.direction.row(i);
+        if (n.isZero()) return Eigen::RowVector3d::Zero();
+        return rows.row(i) - rows.row(i).dot(n) * n;
+    }
+
+    /// Of the second derivatives, as the step is to make them.
+    [[nodiscard]] Points changes(const Stiffness& s) const {
+        Points rows;
+        bending_.apply(points_, rows);
+        for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+            const double both = s.bending + s.evenness[i];
+            const double share = both > 0.0 ? s.evenness[i] / both : 0.0;
+            rows.row(i) = share * tangential(s, given_, i) - rows.row(i);
+        }
+        return rows;
+    }
+
+    [[nodiscard]] double energy(const Stiffness& s, const Points& points) const {
         Points rows;
         bending_.apply(points, rows);
-        return rows.squaredNorm();
+        double sum = s.bending * rows.squaredNorm();
+        rows -= given_;
+        for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+            sum += s.evenness[i] * tangential(s, rows, i).squaredNorm();
+        }
+        return sum;
     }
 
     [[nodiscard]] Projection project_curves(const Points& points) const {
@@ -272,7 +352,9 @@ class LevelFitter {
     FitLevel& level_;
     CurveSampling curves_;
     subd::LimitOperator surface_;
-    subd::LimitOperator bending_;
+    subd::LimitOperator bending_, bent_places_;
+    Points given_;              // second derivatives of the cage that the level starts from
+    Eigen::VectorXd evenness_;  // of the rows of bending_
     subd::LimitOperator curve_;
     FeatureMatch match_;
     PointConstraints curve_steps_, surface_steps_;

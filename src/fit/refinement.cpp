@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace patchwright::fit {
 
@@ -120,9 +121,12 @@ NextLevel split(const mesh::Cage& cage, const mesh::Chords& chords, const std::v
     const geom::Points change = former_limit(cage, fine, set) - limit;
     const SampleWeights weights{geom::Points::Zero(change.rows(), 3),
                                 Eigen::VectorXd::Ones(change.rows())};
-    const StepOperator step(samples, weights, bending, stiffness, 0.0, pins);
+    const SampleWeights stiff{.direction = geom::Points::Zero(bending.rows(), 3),
+                              .weight = Eigen::VectorXd::Ones(bending.rows()),
+                              .without = std::sqrt(stiffness)};
+    const StepOperator step(samples, weights, bending, stiff, 0.0, pins);
     next.cage.points += step.displacements(
-        solve_cgls(step, step.right_side(change, geom::Points::Zero(step.columns(), 3)),
+        solve_cgls(step, step.right_side(change, geom::Points::Zero(bending.rows(), 3)),
                    geom::Points::Zero(step.columns(), 3),
                    {.max_iterations = 100, .relative_residual = 1e-4, .joint = true})
             .x);

@@ -2,35 +2,56 @@
 
 #include <patchwright/base/parallel.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace patchwright::fit {
 
 using geom::Points;
 
-void weigh(const SampleWeights& weights, Points& rows) {
-    base::parallel_for(
-        std::size_t(weights.weight.size()), 4096, [&](std::size_t first, std::size_t last) {
-            for (auto i = Eigen::Index(first); i < Eigen::Index(last); ++i) {
-                const Eigen::RowVector3d n = weights.direction.row(i);
-                const Eigen::RowVector3d r = rows.row(i);
-                const double across = n.isZero() ? 1.0 : weights.across;
-                rows.row(i) =
-                    weights.weight[i] * (across * r + (weights.along - across) * r.dot(n) * n);
-            }
-        });
+namespace {
+
+using Rows = subd::LimitOperator::Rows;
+
+/// Multiplies rows from `first` on by their weights: the square root of the quadratic form that
+/// measures them.
+template <class AnyRows>
+void weigh(const SampleWeights& weights, Eigen::Index first, AnyRows& rows) {
+    for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+        const Eigen::RowVector3d n = weights.direction.row(first + i);
+        const Eigen::RowVector3d r = rows.row(i);
+        const double across = n.isZero()                         ? weights.without
+                              : weights.across_by_row.size() > 0 ? weights.across_by_row[first + i]
+                                                                 : weights.across;
+        rows.row(i) =
+            weights.weight[first + i] * (across * r + (weights.along - across) * r.dot(n) * n);
+    }
 }
 
+void weigh_all(const SampleWeights& weights, Points& rows) {
+    base::parallel_for(std::size_t(rows.rows()), 4096, [&](std::size_t first, std::size_t last) {
+        auto block = rows.middleRows(Eigen::Index(first), Eigen::Index(last - first));
+        weigh(weights, Eigen::Index(first), block);
+    });
+}
+
+}  // namespace
+
 StepOperator::StepOperator(const subd::LimitOperator& samples, const SampleWeights& weights,
-                           const subd::LimitOperator& bending, double fairness, double damping,
-                           const PointConstraints& constraints)
+                           const subd::LimitOperator& bending, const SampleWeights& stiffness,
+                           double damping, const PointConstraints& constraints)
     : samples_(samples),
       weights_(weights),
       bending_(bending),
-      root_fairness_(std::sqrt(fairness)),
+      stiffness_(stiffness),
       root_damping_(std::sqrt(damping)),
       constraints_(constraints) {
-    const Eigen::VectorXd squares = samples.column_squares() + fairness * bending.column_squares();
+    double stiff = std::max({stiffness.along, stiffness.across, stiffness.without});
+    if (stiffness.across_by_row.size() > 0) {
+        stiff = std::max(stiff, stiffness.across_by_row.maxCoeff());
+    }
+    const Eigen::VectorXd squares =
+        samples.column_squares() + stiff * stiff * bending.column_squares();
     scale_ = squares.replicate<1, 3>();
     constraints.gather(scale_);
     for (Eigen::Index v = 0; v < scale_.rows(); ++v) {
@@ -47,33 +68,57 @@ Eigen::Index StepOperator::rows() const {
 
 void StepOperator::apply(const Points& x, Points& y) const {
     y.resize(rows(), 3);
-    scaled_ = displacements(x);
-    samples_.apply(scaled_, part_);
-    weigh(weights_, part_);
+    const Points moved = displacements(x);
+    samples_.apply(moved, part_);
+    weigh_all(weights_, part_);
     y.topRows(samples_.rows()) = part_;
-    bending_.apply(scaled_, part_);
-    y.middleRows(samples_.rows(), bending_.rows()) = root_fairness_ * part_;
+    bending_.apply(moved, part_);
+    weigh_all(stiffness_, part_);
+    y.middleRows(samples_.rows(), bending_.rows()) = part_;
     y.bottomRows(columns()) = root_damping_ * x;
 }
 
 void StepOperator::apply_transposed(const Points& y, Points& x) const {
     part_ = y.topRows(samples_.rows());
-    weigh(weights_, part_);
+    weigh_all(weights_, part_);
     samples_.apply_transposed(part_, x);
-    part_ = root_fairness_ * y.middleRows(samples_.rows(), bending_.rows());
+    part_ = y.middleRows(samples_.rows(), bending_.rows());
+    weigh_all(stiffness_, part_);
     bending_.apply_transposed(part_, sum_);
-    x += sum_;
-    constraints_.gather(x);
-    x = x.cwiseProduct(scale_) + root_damping_ * y.bottomRows(columns());
+    gather(x, sum_, root_damping_ * y.bottomRows(columns()));
 }
 
-Points StepOperator::right_side(const Points& sample_changes, const Points& points) const {
+void StepOperator::gather(Points& from_samples, const Points& from_bending,
+                          const Points& damped) const {
+    from_samples += from_bending;
+    constraints_.gather(from_samples);
+    from_samples = from_samples.cwiseProduct(scale_) + damped;
+}
+
+Eigen::Array3d StepOperator::normal_product(const Points& x, Points& t) const {
+    const Points moved = displacements(x);
+    const auto weighted = [](const SampleWeights& weights) {
+        return [&weights](Eigen::Index first, Rows rows) -> Eigen::Array3d {
+            weigh(weights, first, rows);
+            const Eigen::Array3d norms = rows.colwise().squaredNorm().transpose();
+            weigh(weights, first, rows);
+            return norms;
+        };
+    };
+    const Eigen::Array3d samples = samples_.normal_product(moved, t, weighted(weights_));
+    const Eigen::Array3d bending = bending_.normal_product(moved, sum_, weighted(stiffness_));
+    const Eigen::Array3d step = x.colwise().squaredNorm().transpose();
+    const double damping = root_damping_ * root_damping_;
+    gather(t, sum_, damping * x);
+    return samples + bending + damping * step;
+}
+
+Points StepOperator::right_side(Points sample_changes, Points bending_changes) const {
     Points b = Points::Zero(rows(), 3);
-    part_ = sample_changes;
-    weigh(weights_, part_);
-    b.topRows(samples_.rows()) = part_;
-    bending_.apply(points, part_);
-    b.middleRows(samples_.rows(), bending_.rows()) = -root_fairness_ * part_;
+    weigh_all(weights_, sample_changes);
+    b.topRows(samples_.rows()) = sample_changes;
+    weigh_all(stiffness_, bending_changes);
+    b.middleRows(samples_.rows(), bending_.rows()) = bending_changes;
     return b;
 }
 

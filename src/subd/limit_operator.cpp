@@ -48,6 +48,29 @@ void check_sites(const mesh::Topology& topology, const std::vector<ParameterSet>
     }
 }
 
+void set_zero(geom::Points& x, Eigen::Index rows) {
+    x.resize(rows, 3);
+    base::parallel_for(std::size_t(rows), 16384, [&](std::size_t first, std::size_t last) {
+        x.middleRows(Eigen::Index(first), Eigen::Index(last - first)).setZero();
+    });
+}
+
+/// Squared norms of the columns, four rows at a time.
+Eigen::Array3d column_norms(const LimitOperator::Rows& rows) {
+    using Four = Eigen::Array<double, 12, 1>;
+    Four sum = Four::Zero();
+    const Eigen::Index whole = rows.rows() / 4 * 4;
+    for (Eigen::Index i = 0; i < whole; i += 4) {
+        sum += Eigen::Map<const Four>(rows.data() + 3 * i).square();
+    }
+    Eigen::Array3d result =
+        sum.segment<3>(0) + sum.segment<3>(3) + sum.segment<3>(6) + sum.segment<3>(9);
+    for (Eigen::Index i = whole; i < rows.rows(); ++i) {
+        result += rows.row(i).transpose().array().square();
+    }
+    return result;
+}
+
 /// Which template a site needs; the same for all sites of one kind, sector and parameter set.
 struct TemplateKey {
     const RingKind* kind = nullptr;
@@ -224,65 +247,51 @@ void LimitOperator::apply(const geom::Points& x, geom::Points& y) const {
     });
 }
 
-Eigen::Array3d LimitOperator::apply_with_norms(const geom::Points& x, geom::Points& y) const {
-    y.resize(rows(), 3);
+template <class VisitChunk>
+void LimitOperator::by_colour(const VisitChunk& visit) const {
+    for (const auto& colour : colours_) {
+        base::parallel_for(colour.size(), 1, [&](std::size_t first, std::size_t last) {
+            for (std::size_t c = first; c < last; ++c) visit(std::size_t(colour[c]));
+        });
+    }
+}
+
+void LimitOperator::apply_transposed(const geom::Points& y, geom::Points& x) const {
+    set_zero(x, columns_);
+    by_colour([&](std::size_t c) {
+        for_runs(chunks_[c], [&](const Template& t, std::size_t begin, std::size_t end,
+                                 const std::int32_t* vertices) {
+            t.position.add_transposed(static_cast<int>(end - begin), vertices,
+                                      y.row(site_rows_[begin]).data(), x.data());
+        });
+    });
+}
+
+Eigen::Array3d LimitOperator::normal_product(const geom::Points& x, geom::Points& t,
+                                             const RowVisit& visit) const {
+    set_zero(t, columns_);
     std::vector<Eigen::Array3d> partial(chunks_.size());
-    base::parallel_for(chunks_.size(), 1, [&](std::size_t first, std::size_t last) {
-        for (std::size_t c = first; c < last; ++c) {
-            Eigen::Array3d sum = Eigen::Array3d::Zero();
-            for_runs(chunks_[c], [&](const Template& t, std::size_t begin, std::size_t end,
-                                     const std::int32_t* vertices) {
-                const auto row = site_rows_[begin];
-                t.position.apply(static_cast<int>(end - begin), vertices, x.data(),
-                                 y.row(row).data());
-                sum += y.middleRows(row, site_rows_[end] - row)
-                           .colwise()
-                           .squaredNorm()
-                           .transpose()
-                           .array();
-            });
-            partial[c] = sum;
-        }
+    by_colour([&](std::size_t c) {
+        geom::Points buffer;
+        Eigen::Array3d sum = Eigen::Array3d::Zero();
+        for_runs(chunks_[c], [&](const Template& table, std::size_t begin, std::size_t end,
+                                 const std::int32_t* vertices) {
+            const auto row = site_rows_[begin], count = site_rows_[end] - row;
+            if (buffer.rows() < count) buffer.resize(count, 3);
+            const auto sites = static_cast<int>(end - begin);
+            table.position.apply(sites, vertices, x.data(), buffer.data());
+            sum += visit(row, Rows(buffer.data(), count, 3));
+            table.position.add_transposed(sites, vertices, buffer.data(), t.data());
+        });
+        partial[c] = sum;
     });
     Eigen::Array3d sum = Eigen::Array3d::Zero();
     for (const Eigen::Array3d& part : partial) sum += part;
     return sum;
 }
 
-/// @param before  called with the rows that are about to be read
-template <class Before>
-void LimitOperator::add_transposed(const geom::Points& y, geom::Points& x,
-                                   const Before& before) const {
-    x.resize(columns_, 3);
-    base::parallel_for(std::size_t(columns_), 16384, [&](std::size_t first, std::size_t last) {
-        x.middleRows(Eigen::Index(first), Eigen::Index(last - first)).setZero();
-    });
-    for (const auto& colour : colours_) {
-        base::parallel_for(colour.size(), 1, [&](std::size_t first, std::size_t last) {
-            for (std::size_t c = first; c < last; ++c) {
-                for_runs(chunks_[std::size_t(colour[c])],
-                         [&](const Template& t, std::size_t begin, std::size_t end,
-                             const std::int32_t* vertices) {
-                             const auto row = site_rows_[begin];
-                             before(row, site_rows_[end] - row);
-                             t.position.add_transposed(static_cast<int>(end - begin), vertices,
-                                                       y.row(row).data(), x.data());
-                         });
-            }
-        });
-    }
-}
-
-void LimitOperator::apply_transposed(const geom::Points& y, geom::Points& x) const {
-    add_transposed(y, x, [](Eigen::Index, Eigen::Index) {});
-}
-
-void LimitOperator::subtract_and_transpose(const Eigen::Array3d& factor, const geom::Points& q,
-                                           geom::Points& r, geom::Points& x) const {
-    add_transposed(r, x, [&](Eigen::Index row, Eigen::Index count) {
-        r.middleRows(row, count).noalias() -=
-            q.middleRows(row, count) * factor.matrix().asDiagonal();
-    });
+Eigen::Array3d LimitOperator::normal_product(const geom::Points& x, geom::Points& t) const {
+    return normal_product(x, t, [](Eigen::Index, Rows rows) { return column_norms(rows); });
 }
 
 geom::Points LimitOperator::normals(const geom::Points& x) const {

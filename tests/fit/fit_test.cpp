@@ -1,4 +1,5 @@
 #include "support/analytic_references.h"
+#include "support/analytic_wing.h"
 #include "support/cages.h"
 
 #include <patchwright/base/error.h>
@@ -132,6 +133,39 @@ TEST_CASE("an open cage's boundary goes to the free edge", "[fit][oracle]") {
         if (t.is_boundary(v))
             CHECK(std::abs(subd::limit_position(result.cage, v).norm() - 1.0) < 1e-3);
     }
+}
+
+TEST_CASE("an open cage that faces the other way is fitted as well as one that does not",
+          "[fit][oracle]") {
+    // Both sides of a thin wing: the nearest points that face the wrong way are on the other one.
+    const auto fitted = [](bool turned) {
+        mesh::Cage cage = test::naca_wing_cage(16, 2);
+        if (turned) {
+            mesh::TopologyInput input;
+            input.vertex_count = cage.topology->vertex_count();
+            for (const mesh::FaceId f : cage.topology->faces()) {
+                input.face_sizes.push_back(4);
+                for (const int k : {0, 3, 2, 1}) {
+                    input.face_vertices.push_back(
+                        cage.topology->vertex(cage.topology->corners(f)[k]).value);
+                }
+            }
+            for (const mesh::EdgeId e : cage.topology->edges()) {
+                if (!(cage.topology->tagged_sharpness(e) > 0.0)) continue;
+                input.creases.push_back({cage.topology->start(e).value, cage.topology->end(e).value,
+                                         mesh::infinite_sharpness});
+            }
+            cage = mesh::build_cage(input, cage.points).cage;
+        }
+        return fit::fit(cage, test::NacaWing(), {.tolerance_mm = 1e-4});
+    };
+    const auto right = fitted(false), away = fitted(true);
+    CHECK_FALSE(right.faces_away);
+    CHECK(away.faces_away);
+    REQUIRE(right.met);
+    REQUIRE(away.met);
+    CHECK(away.levels.back().vertices == right.levels.back().vertices);
+    CHECK(away.levels.back().rms_mm == Approx(right.levels.back().rms_mm).epsilon(1e-3));
 }
 
 TEST_CASE("pinned control points do not move", "[fit]") {

@@ -2,6 +2,7 @@
 // against a STREAM triad. Prints JSON.
 //   bench_limit [FACES...]     1e4, 1e5 and 1e6 faces unless given
 #include "subd/opensubdiv_oracle.h"
+#include "support/bench.h"
 
 #include <patchwright/base/parallel.h>
 #include <patchwright/subd/limit_operator.h>
@@ -13,13 +14,15 @@
 #include <opensubdiv/far/patchTableFactory.h>
 #include <opensubdiv/far/stencilTableFactory.h>
 
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 
 using namespace patchwright;
 using nlohmann::ordered_json;
+using test::best_seconds;
+using test::seconds;
+using test::triad_rate;
 
 namespace {
 
@@ -27,21 +30,6 @@ constexpr int samples_along = 4;
 constexpr int samples = samples_along * samples_along;
 // Far keeps kilobytes a sample: more than this many faces do not fit a common machine's memory.
 constexpr int most_faces_for_far = 150000;
-
-template <class Body>
-double seconds(Body&& body) {
-    const auto start = std::chrono::steady_clock::now();
-    body();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-/// The fastest of some runs: what the machine can do.
-template <class Body>
-double best_seconds(int runs, Body&& body) {
-    double best = INFINITY;
-    for (int i = 0; i < runs; ++i) best = std::min(best, seconds(body));
-    return best;
-}
 
 /// A closed grid of about `faces` quads with some edges turned in their hexagon of two quads, which
 /// makes two vertices of valence 3 and two of valence 5 each. One step of refinement isolates them.
@@ -143,18 +131,6 @@ double time_bfr(const mesh::Cage& cage, geom::Points& limit) {
             }
         }
     });
-}
-
-/// Bytes a second of a[i] = b[i] + s c[i] on the threads that loops may use.
-double triad_rate() {
-    constexpr std::size_t n = 8'000'000;
-    std::vector<double> a(n, 0.0), b(n, 1.0), c(n, 2.0);
-    const double best = best_seconds(5, [&] {
-        base::parallel_for(n, n / 32, [&](std::size_t first, std::size_t last) {
-            for (std::size_t i = first; i < last; ++i) a[i] = b[i] + 3.0 * c[i];
-        });
-    });
-    return 3.0 * sizeof(double) * n / best;
 }
 
 ordered_json product_rates(const subd::LimitOperator& op, const mesh::Cage& cage) {

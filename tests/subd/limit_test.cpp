@@ -184,6 +184,25 @@ TEST_CASE("<M x, y> = <x, M^T y>, bit for bit on any number of threads", "[subd]
     base::set_thread_count(0);
     op.apply_transposed(y, again);
     CHECK(again == mty);
+    // Both products in one sweep, and with rows changed in between.
+    op.apply(x, mx);
+    op.apply_transposed(mx, mty);
+    const Eigen::Array3d norms = op.normal_product(x, again);
+    CHECK((again - mty).cwiseAbs().maxCoeff() < 1e-13 * mty.cwiseAbs().maxCoeff());
+    CHECK((norms / mx.colwise().squaredNorm().transpose().array() - 1.0).abs().maxCoeff() < 1e-13);
+    base::set_thread_count(1);
+    geom::Points alone;
+    CHECK((op.normal_product(x, alone) == norms).all());
+    CHECK(alone == again);
+    base::set_thread_count(0);
+    const auto minus_y = [&](Eigen::Index first, subd::LimitOperator::Rows rows) -> Eigen::Array3d {
+        rows -= y.middleRows(first, rows.rows());
+        return Eigen::Array3d::Constant(double(rows.rows()));
+    };
+    CHECK((op.normal_product(x, again, minus_y) == double(op.rows())).all());
+    op.apply_transposed(mx - y, mty);
+    CHECK((again - mty).cwiseAbs().maxCoeff() < 1e-13 * mty.cwiseAbs().maxCoeff());
+    op.apply_transposed(y, mty);
     const double left = (mx.array() * y.array()).sum();
     const double right = (x.array() * mty.array()).sum();
     CHECK(left == Approx(right).epsilon(1e-12));

@@ -349,6 +349,11 @@ mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const occ::CadReference& r
          .max_levels = options.max_levels,
          .symmetry = symmetry_option(options.symmetry),
          .progress = run.progress()});
+    if (result.faces_away) {
+        run.notice(
+            "the cage faces the other way than the model; it was fitted so, and so does the result "
+            "(reverse the order of the vertices of its faces to turn it)");
+    }
     const fit::FitLevel& best = result.levels[std::size_t(result.best_level)];
     run.report.fit =
         report::FitFigures{.tolerance = tolerance,

@@ -19,13 +19,9 @@ class LinearOperator {
     /// x = A^T y; x is resized to columns() x 3.
     virtual void apply_transposed(const geom::Points& y, geom::Points& x) const = 0;
 
-    // The two steps of an iteration that touch rows; operators that can make them in one sweep
-    // over memory override them. Sums must not depend on the number of threads.
-    /// y = A x; returns the squared norm of each column of y.
-    virtual Eigen::Array3d apply_with_norms(const geom::Points& x, geom::Points& y) const;
-    /// r -= q times `factor` by column; x = A^T r.
-    virtual void subtract_and_transpose(const Eigen::Array3d& factor, const geom::Points& q,
-                                        geom::Points& r, geom::Points& x) const;
+    /// t = A^T A x in one sweep over the rows where operators know one; returns the squared norm of
+    /// each column of A x. Sums must not depend on the number of threads.
+    virtual Eigen::Array3d normal_product(const geom::Points& x, geom::Points& t) const;
 };
 
 struct CglsOptions {
@@ -51,7 +47,9 @@ struct CglsResult {
 
 /// Least-squares solution of A x = b for three coordinates at once, without forming A^T A. Unless
 /// they are joint, each coordinate has its own step lengths, so the answer is that of three
-/// separate solves. Source: Saad, Iterative Methods for Sparse Linear Systems (2003), 8.3 (CGNR).
+/// separate solves. Source: Saad, Iterative Methods for Sparse Linear Systems (2003), 8.3 (CGNR);
+/// A^T r is carried on by its own recurrence, so that rows are neither written nor read in a step,
+/// and made anew from x before a solve ends as converged.
 /// @pre   b.rows() == a.rows(), start.rows() == a.columns()
 /// @throw InvalidArgument when a precondition fails or an option is out of range
 /// Not converging is an answer, not an error: see CglsResult::stop.

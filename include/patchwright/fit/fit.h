@@ -66,6 +66,9 @@ struct FitResult {
     bool met = false;
     int best_level = 0;      ///< the one whose cage this is: no later one came nearer
     int symmetry_axis = -1;  ///< of the symmetry plane that was kept; -1: none
+    /// The cage faces the other way than the reference, as open ones can: normals were compared
+    /// the other way round. The cage is not turned.
+    bool faces_away = false;
     std::vector<FitLevel> levels;
 };
 

@@ -3,6 +3,7 @@
 
 #include <patchwright/subd/limit_mask.h>
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -51,12 +52,19 @@ class LimitOperator {
     void apply(const geom::Points& x, geom::Points& y) const;
     /// columns() x 3 = M^T y.  @pre y is rows() x 3
     void apply_transposed(const geom::Points& y, geom::Points& x) const;
-    /// y = M x and the squared norm of each column of y, in one sweep.
-    Eigen::Array3d apply_with_norms(const geom::Points& x, geom::Points& y) const;
-    /// r -= q times `factor` by column and x = M^T r, in one sweep.
-    /// @pre q and r are rows() x 3
-    void subtract_and_transpose(const Eigen::Array3d& factor, const geom::Points& q,
-                                geom::Points& r, geom::Points& x) const;
+
+    /// t = M^T M x in one sweep, limit points being kept nowhere; returns the squared norm of each
+    /// column of M x.
+    Eigen::Array3d normal_product(const geom::Points& x, geom::Points& t) const;
+
+    /// Rows of M x that are visited together: they follow each other from `first`.
+    using Rows = Eigen::Map<geom::Points>;
+    using RowVisit = std::function<Eigen::Array3d(Eigen::Index first, Rows rows)>;
+    /// The same with `visit` called for all rows of M x, a few at a time, which it may change
+    /// before they are multiplied with M^T.
+    /// @return the sum of what the visits return
+    Eigen::Array3d normal_product(const geom::Points& x, geom::Points& t,
+                                  const RowVisit& visit) const;
     /// Directions du x dv (not unit) at all samples; zero where there is no tangent plane.
     /// @pre made with SampleRows::PointsAndTangents
     [[nodiscard]] geom::Points normals(const geom::Points& x) const;
@@ -81,8 +89,9 @@ class LimitOperator {
     /// Calls `visit(template, first site, end, their slots' vertices)` for runs of equal sites.
     template <class Visit>
     void for_runs(const Chunk& chunk, const Visit& visit) const;
-    template <class Before>
-    void add_transposed(const geom::Points& y, geom::Points& x, const Before& before) const;
+    /// Calls `visit(chunk)` for all chunks so that those that share vertices take turns.
+    template <class VisitChunk>
+    void by_colour(const VisitChunk& visit) const;
 
     int columns_ = 0;
     std::vector<Template> templates_;

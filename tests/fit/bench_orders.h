@@ -1,0 +1,15 @@
+// How fast the distance falls with refinement, and what local quasi-interpolation leaves.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+namespace patchwright::bench {
+
+/// Fits on ever finer cages of a sphere, a torus and a NACA wing: distances and their orders in the
+/// width of the faces.
+nlohmann::ordered_json orders();
+
+/// On the NACA wing: local quasi-interpolation and full least squares by CGLS, time and distance.
+nlohmann::ordered_json quasi_interpolation();
+
+}  // namespace patchwright::bench
