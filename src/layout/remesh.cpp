@@ -11,6 +11,8 @@ using geom::Vec3;
 
 namespace {
 
+constexpr double least_alike = 0.3;  // cosine between a triangle and its parts
+
 class Remeshing {
   public:
     Remeshing(TriMesh& mesh, const occ::CadReference& reference, const RemeshOptions& options)
@@ -60,7 +62,25 @@ class Remeshing {
                 if (t >= 0) normal += mesh_.area_vector(t);
             p = on_surface(chord, normal.normalized());
         }
-        return (p - chord).norm() < reach ? p : chord;
+        return (p - chord).norm() < reach && parts_face_alike(a, b, s, p) ? p : chord;
+    }
+
+    /// Whether the parts of the triangles at an edge face as those do, when it is split at p: where
+    /// the nearest point is on another sheet of the model they do not, and splitting would not end.
+    [[nodiscard]] bool parts_face_alike(int a, int b, const EdgeSides& s, const Vec3& p) const {
+        for (std::size_t i = 0; i < 2; ++i) {
+            if (s.triangle[i] < 0) continue;
+            const auto& c = mesh_.triangle(s.triangle[i]);
+            const int other = c[std::size_t((s.side[i] + 2) % 3)];
+            const int from = c[std::size_t(s.side[i])], to = from == a ? b : a;
+            const Vec3 whole = mesh_.area_vector(s.triangle[i]), &q = mesh_.point(other);
+            const Vec3 one = (p - mesh_.point(from)).cross(q - mesh_.point(from));
+            const Vec3 two = (mesh_.point(to) - p).cross(q - p);
+            if (one.dot(whole) < least_alike * one.norm() * whole.norm() ||
+                two.dot(whole) < least_alike * two.norm() * whole.norm())
+                return false;
+        }
+        return true;
     }
 
     void split_long() {
