@@ -19,8 +19,12 @@ using geom::Vec3;
 constexpr std::size_t grain = 4096;
 /// Of the scaled Jacobian at a cell's corner, and of the angle under which its direction is seen.
 constexpr double least_jacobian = 0.02;
-constexpr double least_sight = 0.05;
-constexpr int most_repairs = 200;
+constexpr double tiny = 1e-300;
+// Of a layer's height: shorter steps would be rounding.
+constexpr double shortest = 1e-6;
+// Rounds in which steps are evened out as well; then they are only shortened.
+constexpr int evening_repairs = 60;
+constexpr int most_repairs = 300;
 
 template <class F>
 void for_points(std::size_t count, const F& f) {
@@ -33,10 +37,13 @@ void for_points(std::size_t count, const F& f) {
 class Marcher {
   public:
     explicit Marcher(const FrontMesh& mesh)
-        : mesh_(mesh), steps_(mesh.size()), other_(mesh.size()), bad_(mesh.size()) {}
+        : mesh_(mesh),
+          steps_(mesh.size()),
+          other_(mesh.size()),
+          came_(mesh.size(), Vec3::Zero()),
+          bad_(mesh.size()) {}
 
-    /// @param share  of the height that points have come, per point: lowered where steps are
-    /// shorter
+    /// @param thinnest  lowered to the least share of the height that a point has come
     geom::Points march(const geom::Points& from, double height, int smoothing, double& thinnest) {
         for_points(mesh_.size(), [&](std::size_t p) { steps_[p] = best_direction(from, p); });
         smooth_directions(from, smoothing);
@@ -50,12 +57,15 @@ class Marcher {
         });
         std::swap(steps_, other_);
         even_out(from, height, smoothing);
-        repair(from);
+        repair(from, shortest * height);
         geom::Points to(from.rows(), 3);
         for_points(mesh_.size(), [&](std::size_t p) {
             to.row(Eigen::Index(p)) = from.row(Eigen::Index(p)) + steps_[p].transpose();
         });
-        for (const Vec3& step : steps_) thinnest = std::min(thinnest, step.norm() / height);
+        for (std::size_t p = 0; p < mesh_.size(); ++p) {
+            thinnest = std::min(thinnest, steps_[p].norm() / height);
+            came_[p] = steps_[p].normalized();
+        }
         return to;
     }
 
@@ -82,8 +92,15 @@ class Marcher {
         return least;
     }
 
-    /// The direction whose worst angle with the cells' normals is least, nearly.
+    /// The direction whose worst angle with the cells' normals is least, nearly; the one that the
+    /// point came from, which sees all of them, where the search finds none that does.
     Vec3 best_direction(const geom::Points& points, std::size_t p) const {
+        const Vec3 n = searched_direction(points, p);
+        const double seen = sight(points, p, n);
+        return seen > 2.0 * least_jacobian || seen >= sight(points, p, came_[p]) ? n : came_[p];
+    }
+
+    Vec3 searched_direction(const geom::Points& points, std::size_t p) const {
         Vec3 n = Vec3::Zero();
         for (const FrontMesh::Corner& c : mesh_.corners(p)) n += unit_normal(points, p, c);
         n = in_plane(p, n).normalized();
@@ -162,23 +179,26 @@ class Marcher {
             const Vec3 here = at(from, p);
             const Vec3 a = at(from, std::size_t(c.next)) - here;
             const Vec3 b = at(from, std::size_t(c.previous)) - here;
-            if (a.cross(b).dot(step) <= least_jacobian * a.norm() * b.norm() * step.norm()) {
-                if (sight(from, p, step.normalized()) < least_sight) return true;
-            }
+            const Vec3 normal = a.cross(b);
+            const double below =
+                normal.dot(step) / std::max(a.norm() * b.norm() * step.norm(), tiny);
+            if (below <= 0.0) return true;
             const Vec3 ta = at(from, std::size_t(c.next)) + steps_[std::size_t(c.next)] - top;
             const Vec3 tb =
                 at(from, std::size_t(c.previous)) + steps_[std::size_t(c.previous)] - top;
-            // Cells may be thin corners from the start: they must not get much thinner.
-            const double before = a.cross(b).norm() / (a.norm() * b.norm());
-            if (ta.cross(tb).dot(step) <=
-                least_jacobian * before * ta.norm() * tb.norm() * step.norm()) {
+            const double above =
+                ta.cross(tb).dot(step) / std::max(ta.norm() * tb.norm() * step.norm(), tiny);
+            // Cells may have thin corners from the start: they must not get much thinner. With
+            // short enough steps the one above is as good as the one below.
+            const double thin = normal.norm() / std::max(a.norm() * b.norm(), tiny);
+            if (above <= std::min(least_jacobian * thin, 0.8 * below)) {
                 return true;
             }
         }
         return false;
     }
 
-    void repair(const geom::Points& from) {
+    void repair(const geom::Points& from, double shortest_mm) {
         for (int round = 0; round < most_repairs; ++round) {
             for_points(mesh_.size(), [&](std::size_t p) { bad_[p] = is_bad(from, p) ? 1 : 0; });
             if (std::none_of(bad_.begin(), bad_.end(), [](char b) { return b != 0; })) return;
@@ -191,6 +211,11 @@ class Marcher {
                 }
                 other_[p] = steps_[p];
                 if (!near) return;
+                if (round >= evening_repairs) {
+                    other_[p] =
+                        std::max(0.8 * steps_[p].norm(), shortest_mm) * best_direction(from, p);
+                    return;
+                }
                 other_[p] = 0.85 * in_plane(p, 0.7 * steps_[p] + 0.3 * mean_around(steps_, p));
                 const Vec3 best = best_direction(from, p);
                 const double length = other_[p].norm();
@@ -205,6 +230,7 @@ class Marcher {
 
     const FrontMesh& mesh_;
     std::vector<Vec3> steps_, other_;
+    std::vector<Vec3> came_;  ///< directions of the last steps; zero before the first
     std::vector<char> bad_;
 };
 

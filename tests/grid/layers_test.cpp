@@ -97,6 +97,20 @@ TEST_CASE("layers have no negative volumes", "[grid]") {
     check_layers(sample("cages/dish.obj"), 0.03, 1e-4, 20, 1.2, true);
     check_layers(sample("wing/wing_cage.obj"), 0.02, 1e-5, 30, 1.2, true);
     check_layers(corner_block(), 0.03, 1e-4, 25, 1.2, true);  // concave edge
+    // A duct that the layers would fill more than whole, and a junction of valence 5.
+    check_layers(sample("engine/cage.obj"), 0.03, 1.5e-4, 30, 1.2, true);
+    check_layers(sample("wing_fuselage/cage.obj"), 0.015, 1.5e-4, 28, 1.2, true);
+    check_layers(sample("wing_tip/cage.obj"), 0.02, 4e-4, 30, 1.2, true);
+}
+
+TEST_CASE("layers much thicker than the wing's cells have no negative volumes", "[grid]") {
+    // 591 mm on cells of 15 mm, round a tip of 45 mm and noses of valence 3.
+    const Plan plan =
+        grid::make_plan(grid::make_layout(sample("wing/wing_cage.obj")), {.size_mm = 15.0});
+    const LayerGrid layers(plan, {.cells = 30, .growth = 1.2, .first_mm = 0.5});
+    const grid::GridQuality q = grid::measure_quality(layers);
+    CHECK(q.negative == 0);
+    CHECK(q.scaled_jacobian->mean > 0.9);
 }
 
 TEST_CASE("layers of a flat grid have the heights asked for", "[grid][oracle]") {
