@@ -257,6 +257,22 @@ std::map<mesh::VertexId, geom::Vec3> corner_points(const BlockLayout& layout,
     return points;
 }
 
+/// Law and sizes, of one edge or of all that lines connect to it.
+void apply_rule(const EdgeRule& rule, const LineClasses& classes, std::vector<EdgeSpec>& specs) {
+    const LineClasses::Member& own = classes.edges[std::size_t(rule.edge)];
+    for (std::size_t e = 0; e < specs.size(); ++e) {
+        const LineClasses::Member& member = classes.edges[e];
+        const bool is_meant =
+            rule.connected ? member.line_class == own.line_class : e == std::size_t(rule.edge);
+        if (!is_meant) continue;
+        const bool turned = member.reversed != own.reversed;
+        EdgeSpec& spec = specs[e];
+        if (rule.law) spec.law = *rule.law;
+        if (rule.first_mm) (turned ? spec.ends.last_mm : spec.ends.first_mm) = *rule.first_mm;
+        if (rule.last_mm) (turned ? spec.ends.first_mm : spec.ends.last_mm) = *rule.last_mm;
+    }
+}
+
 std::vector<EdgeSpec> edge_specs(const BlockLayout& layout, const LineClasses& classes,
                                  const std::vector<LineDensity>& densities,
                                  const std::vector<double>& lengths, const PlanOptions& options) {
@@ -279,10 +295,7 @@ std::vector<EdgeSpec> edge_specs(const BlockLayout& layout, const LineClasses& c
     }
     std::vector<int> ruled(cells.size(), 0);
     for (const EdgeRule& rule : options.rules) {
-        EdgeSpec& spec = specs[std::size_t(rule.edge)];
-        if (rule.law) spec.law = *rule.law;
-        if (rule.first_mm) spec.ends.first_mm = *rule.first_mm;
-        if (rule.last_mm) spec.ends.last_mm = *rule.last_mm;
+        apply_rule(rule, classes, specs);
         if (!rule.cells) continue;
         int& known = ruled[std::size_t(classes.edges[std::size_t(rule.edge)].line_class)];
         if (known != 0 && known != *rule.cells) {

@@ -83,9 +83,32 @@ class Grids(CliTest):
         self.assertEqual(len(list((self.folder / "a").glob("*.vts"))), 6)
 
     def test_two_runs_give_equal_bytes(self):
-        for name in ("a.xyz", "b.xyz"):
-            run("grid", SAMPLES / "cages" / "genus2.obj", "-o", self.path(name), "--points", 33)
-        self.assertEqual(self.path("a.xyz").read_bytes(), self.path("b.xyz").read_bytes())
+        for ending in ("xyz", "cgns"):
+            contents = []
+            for name in ("a", "b"):
+                run("grid", SAMPLES / "cages" / "genus2.obj", "-o", self.path(f"{name}.{ending}"), "--points", 33)
+                contents.append(self.path(f"{name}.{ending}").read_bytes())
+                time.sleep(1.1)  # HDF5 counts seconds
+            self.assertEqual(*contents)
+
+    def test_rules(self):
+        rules = self.path("rules.json")
+        rule = {"at": [1000, 0, 0], "cells": 28, "spacing": "tanh", "near": "0.5mm"}
+        reports = []
+        for content in ([], [rule], [{**rule, "only": True}]):
+            rules.write_text(json.dumps(content))
+            result = run("grid", WING / "wing_cage.obj", "-o", self.path("a.xyz"), "--rules", rules, "--json", self.path("r.json"))
+            self.assertEqual(result.returncode, 0, result.stderr)
+            reports.append(json.loads(self.path("r.json").read_text())["grid"])
+        self.assertGreater(reports[1]["points"], reports[0]["points"])
+        self.assertEqual(reports[1]["points"], reports[2]["points"])
+        self.assertNotEqual(reports[1]["min_angle_deg"], reports[2]["min_angle_deg"])
+        for content, part in (("{", "JSON"), ("{}", "array"), ('[{"cells": 3}]', "rule 1"), ('[{"at": [0, 0, 0], "size": 3}]', "'size'"),
+                              ('[{"at": [0, 0, 0], "near": "x"}]', "rule 1"), ('[{"at": [0, 0, 0], "spacing": "x"}]', "tanh")):
+            with self.subTest(content=content):
+                rules.write_text(content)
+                self.check_error(run("grid", WING / "wing_cage.obj", "-o", self.path("b.xyz"), "--rules", rules), 2, "rules.json", part)
+                self.assertFalse(self.path("b.xyz").exists())
 
     def test_layers(self):
         result = run("grid", SAMPLES / "cages" / "cube.obj", "-o", self.path("a.cgns"), "--layers", 8, "--layer-height", "1e-3rel",

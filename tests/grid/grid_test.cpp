@@ -294,6 +294,36 @@ TEST_CASE("numbers of points match options and rules", "[grid]") {
     CHECK_THROWS_AS(grid::make_plan(layout, {.rules = {{.edge = 99}}}), base::InvalidArgument);
 }
 
+TEST_CASE("a rule holds at corresponding ends of all edges that lines connect", "[grid]") {
+    const BlockLayout layout = grid::make_layout(sample("wing/wing_cage.obj"));
+    for (const bool connected : {false, true}) {
+        // The size is met on every edge of the class that has room for it, at one end only.
+        const Plan plan = grid::make_plan(layout, {.cells = 24,
+                                                   .rules = {{.edge = 0,
+                                                              .cells = 30,
+                                                              .law = grid::Law::Tanh,
+                                                              .first_mm = 2.0,
+                                                              .connected = connected}}});
+        int sized = 0, same_count = 0;
+        for (const auto& edge : plan.edges) {
+            const auto last = edge.points.rows() - 1;
+            const double first = (edge.points.row(1) - edge.points.row(0)).norm();
+            const double other = (edge.points.row(last) - edge.points.row(last - 1)).norm();
+            same_count += edge.cells() == 30 ? 1 : 0;
+            if (edge.cells() == 30 && std::abs(std::min(first, other) - 2.0) < 0.02) {
+                ++sized;
+                CHECK(std::max(first, other) > 3.0);
+            }
+        }
+        CHECK(same_count > 1);
+        CHECK(sized == (connected ? same_count : 1));
+        // Lines on both sides of a block border have the same points.
+        for (const auto& uses : points_along_edges(plan)) {
+            for (const auto& points : uses) CHECK(points == uses[0]);
+        }
+    }
+}
+
 TEST_CASE("a coarsened grid is every other point of the fine one", "[grid]") {
     const BlockLayout layout = grid::make_layout(sample("wing/wing_cage.obj"));
     const Plan fine = grid::make_plan(

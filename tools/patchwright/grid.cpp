@@ -1,4 +1,5 @@
 #include "command.h"
+#include "grid_rules.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/grid/layers.h>
@@ -7,7 +8,6 @@
 
 #include <fmt/format.h>
 
-#include <map>
 #include <memory>
 
 namespace patchwright::cli {
@@ -27,6 +27,7 @@ struct GridOptions {
     bool curvature = false;
     std::string first_cell;
     std::vector<std::string> clusters;
+    std::string rules;
     std::string form = "binary", endian = "little";
     int layers = 0;
     std::string layer_height, thickness;
@@ -46,17 +47,13 @@ grid::BorderCluster parse_cluster(const std::string& text, double diagonal) {
 }
 
 grid::PlanOptions plan_options(const GridOptions& options, double diagonal) {
-    const std::map<std::string, grid::Law> laws{{"uniform", grid::Law::Uniform},
-                                                {"geometric", grid::Law::Geometric},
-                                                {"tanh", grid::Law::Tanh},
-                                                {"cosine", grid::Law::Cosine}};
     const auto length = [&](const std::string& text) {
         return text.empty() ? 0.0 : base::parse_length(text).in_millimetres(diagonal);
     };
     grid::PlanOptions plan{.size_mm = length(options.size),
                            .cells = options.points - 1,
                            .levels = options.levels,
-                           .law = laws.at(options.law),
+                           .law = spacing_laws().at(options.law),
                            .first_at_creases_mm = length(options.first_cell)};
     if (options.curvature) plan.measure = grid::Measure::Curvature;
     for (const std::string& text : options.clusters) {
@@ -94,8 +91,11 @@ int make_grid(const GridOptions& options) {
                                      : options.blocks == "charts" ? grid::BlockCovering::Charts
                                                                   : grid::BlockCovering::Groups);
     if (options.join) layout = grid::join_all(layout);
-    const grid::Plan plan =
-        grid::coarsened(grid::make_plan(layout, plan_options(options, diagonal)), options.coarsen);
+    grid::PlanOptions wanted = plan_options(options, diagonal);
+    if (!options.rules.empty()) {
+        wanted.rules = read_grid_rules(options.rules, layout, cage_unit, diagonal);
+    }
+    const grid::Plan plan = grid::coarsened(grid::make_plan(layout, wanted), options.coarsen);
     run.end_stage("plan");
 
     grid::GridQuality quality;
@@ -173,6 +173,11 @@ void register_grid(CLI::App& app, int& exit_code) {
     command->add_option("--cluster", options->clusters,
                         "FAMILY:FAMILY=LENGTH: first cell of lines that end where blocks of these "
                         "families meet; an empty name is any");
+    command->add_option(
+        "--rules", options->rules,
+        "JSON file with rules for single block edges: [{\"at\": [x, y, z], "
+        "\"cells\": 40, \"spacing\": \"tanh\", \"near\": \"0.1mm\", \"far\": "
+        "\"2mm\"}]; the edge nearest to the point and all that lines connect to it");
     command
         ->add_option("--plot3d", options->form, "Plot3D files: binary, fortran (records) or ascii")
         ->check(CLI::IsMember({"binary", "fortran", "ascii"}))

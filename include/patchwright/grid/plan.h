@@ -30,6 +30,9 @@ struct EdgeRule {
     std::optional<int> cells;  ///< for all edges that must match this one
     std::optional<Law> law;
     std::optional<double> first_mm, last_mm;  ///< along the edge's own direction; 0: free
+    /// The law and the sizes hold at the corresponding ends of all edges that lines connect to this
+    /// one, so that lines do not shear.
+    bool connected = false;
 };
 
 struct PlanOptions {
