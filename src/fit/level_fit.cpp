@@ -296,7 +296,7 @@ class LevelFitter {
                 for (auto i = Eigen::Index(first); i < Eigen::Index(end); ++i) {
                     const auto side = unit_or_none(normals.row(i).transpose());
                     const geom::FootPoint foot =
-                        reference_.foot_point(p.limit.row(i).transpose(), side);
+                        foot_on_side(reference_, p.limit.row(i).transpose(), side);
                     p.target.row(i) = foot.point.transpose();
                     set_direction(p, i, foot.normal, true);
                     p.weights.weight[i] = trust(p, last, i, side ? foot.normal.dot(*side) : 1.0);

@@ -31,6 +31,18 @@ inline std::optional<geom::Vec3> unit_or_none(const geom::Vec3& v) {
     return std::nullopt;
 }
 
+/// Where a limit point belongs: the nearest point, but not on the far side of something thin. Around
+/// a rounded edge normals turn by half a circle within a short way; a nearest point that faces
+/// sideways is on that edge, and the next one that faces the limit's normal may be far from it.
+inline geom::FootPoint foot_on_side(const geom::ReferenceSurface& reference,
+                                    const geom::Vec3& point,
+                                    const std::optional<geom::Vec3>& side) {
+    constexpr double opposite = -0.5;
+    const geom::FootPoint nearest = reference.foot_point(point);
+    if (!side || nearest.normal.dot(*side) > opposite) return nearest;
+    return reference.foot_point(point, side);
+}
+
 struct LevelFit {
     geom::Points points;
     CurveSampling curves;

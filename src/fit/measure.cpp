@@ -21,8 +21,8 @@ Points offsets(const subd::LimitOperator& limit_operator, const Points& points,
     const Points normals = limit_operator.normals(points);
     base::parallel_for(std::size_t(offset.rows()), 64, [&](std::size_t first, std::size_t last) {
         for (auto i = Eigen::Index(first); i < Eigen::Index(last); ++i) {
-            const auto foot = reference.foot_point(offset.row(i).transpose(),
-                                                   unit_or_none(normals.row(i).transpose()));
+            const auto foot = foot_on_side(reference, offset.row(i).transpose(),
+                                           unit_or_none(normals.row(i).transpose()));
             offset.row(i) = foot.point.transpose() - offset.row(i);
         }
     });

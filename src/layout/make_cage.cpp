@@ -26,7 +26,39 @@ std::vector<std::string> group_names(const occ::CadModel& model) {
     return names;
 }
 
-occ::SurfaceMesh part_of(const Body& body) {
+/// Curves that cages keep as lines: all sharp and free ones, and smooth ones along edges that are
+/// rounded too tightly for faces of a cage, as those of blades are, or bend a little.
+std::vector<char> kept_curves(const occ::CadReference& reference) {
+    constexpr double slight_bend_rad = 0.1, tight_rel = 6e-3, shortest_rel = 0.02;
+    const double diagonal = reference.bounds().diagonal();
+    const auto& curves = reference.features().curves;
+    std::vector<char> kept;
+    for (std::size_t i = 0; i < curves.size(); ++i) {
+        const geom::FeatureCurve& curve = curves[i];
+        if (curve.kind != geom::FeatureKind::Smooth) {
+            kept.push_back(1);
+            continue;
+        }
+        constexpr int samples = 9;
+        int tight = 0;
+        for (int k = 0; k < samples; ++k) {
+            const auto at = reference.point_on_curve(int(i), curve.length * (k + 0.5) / samples);
+            const auto bend = reference.curvature(reference.foot_point(at.point));
+            if (!bend) continue;
+            double across = 0.0;
+            for (std::size_t j = 0; j < 2; ++j) {
+                const double along = bend->direction[j].dot(at.tangent);
+                across += bend->value[j] * (1.0 - along * along);
+            }
+            tight += std::abs(across) * tight_rel * diagonal > 1.0 ? 1 : 0;
+        }
+        kept.push_back(curve.length > shortest_rel * diagonal &&
+                       (2 * tight > samples || curve.greatest_angle_rad > slight_bend_rad));
+    }
+    return kept;
+}
+
+occ::SurfaceMesh part_of(const Body& body, const std::vector<char>& kept) {
     const occ::SurfaceMesh& mesh = *body.mesh;
     occ::SurfaceMesh part;
     std::vector<int> number(std::size_t(mesh.points.rows()), -1);
@@ -50,6 +82,7 @@ occ::SurfaceMesh part_of(const Body& body) {
         part.points.row(Eigen::Index(i)) = mesh.points.row(origin[i]);
     for (const occ::FeatureSide& f : mesh.features) {
         const auto side = std::minmax(number[std::size_t(f.v0)], number[std::size_t(f.v1)]);
+        if (kept[std::size_t(f.curve)] == 0) continue;
         if (side.first >= 0) part.features.push_back({side.first, side.second, f.curve});
     }
     return part;
@@ -93,13 +126,16 @@ std::vector<Blocks> remeshed(const occ::SurfaceMesh& surface, const occ::CadMode
                              double scale) {
     std::vector<Blocks> parts;
     const auto names = group_names(model);
+    const auto kept = kept_curves(reference);
     for (const Body& body : bodies_of(surface)) {
-        TriMesh mesh(part_of(body));
-        remesh(mesh, reference,
-               {.size = {.tolerance_rel = options.tolerance_rel,
-                         .fineness = options.fineness,
-                         .scale = scale},
-                .progress = options.progress});
+        TriMesh mesh(part_of(body, kept));
+        RemeshOptions remeshing;
+        remeshing.size.tolerance_rel = options.tolerance_rel;
+        remeshing.size.fineness = options.fineness;
+        remeshing.size.scale = scale;
+        remeshing.size.finer_at = options.finer_at;
+        remeshing.progress = options.progress;
+        remesh(mesh, reference, remeshing);
         parts.push_back(quad_blocks(mesh, reference.features(), names));
     }
     return parts;

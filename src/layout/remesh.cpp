@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 namespace patchwright::layout {
@@ -12,6 +13,25 @@ using geom::Vec3;
 namespace {
 
 constexpr double least_alike = 0.3;  // cosine between a triangle and its parts
+/// Of the length wanted: how far a collapse may leave the point that goes, and a flip the edge.
+/// More, and step by step a thin edge is eaten.
+constexpr double most_lost = 0.25;
+
+double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+    const Vec3 normal = (b - a).cross(c - a);
+    const double area = normal.squaredNorm();
+    const std::array<Vec3, 3> corner{a, b, c};
+    bool inside = area > 0.0;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3 &from = corner[k], side = corner[(k + 1) % 3] - from;
+        if (normal.dot(side.cross(p - from)) < 0.0) inside = false;
+        const double length = side.squaredNorm();
+        const double t = length > 0.0 ? std::clamp((p - from).dot(side) / length, 0.0, 1.0) : 0.0;
+        nearest = std::min(nearest, (p - from - t * side).norm());
+    }
+    return inside ? std::abs(normal.dot(p - a)) / std::sqrt(area) : nearest;
+}
 
 class Remeshing {
   public:
@@ -113,6 +133,19 @@ class Remeshing {
         }
     }
 
+    /// How far the point that goes is from the triangles that are there afterwards.
+    [[nodiscard]] double lost_by_collapse(int gone, int kept) const {
+        const Vec3& p = mesh_.point(gone);
+        double nearest = std::numeric_limits<double>::infinity();
+        for (const int t : mesh_.fan(gone)) {
+            const auto& c = mesh_.triangle(t);
+            if (c[0] == kept || c[1] == kept || c[2] == kept) continue;
+            const auto at = [&](std::size_t k) { return mesh_.point(c[k] == gone ? kept : c[k]); };
+            nearest = std::min(nearest, distance_to_triangle(p, at(0), at(1), at(2)));
+        }
+        return nearest;
+    }
+
     bool try_collapse(int gone, int kept) {
         if (!mesh_.can_collapse(gone, kept) || !mesh_.collapse_is_flat(gone, kept, 0.5))
             return false;
@@ -120,6 +153,7 @@ class Remeshing {
             if (w != kept && length(w, kept) > 4.0 / 3.0 * wanted(w, kept) &&
                 length(w, kept) > length(w, gone))
                 return false;
+        if (lost_by_collapse(gone, kept) > most_lost * size_.at(gone)) return false;
         mesh_.collapse(gone, kept);
         return true;
     }
@@ -169,6 +203,8 @@ class Remeshing {
         const Vec3 one = (pf - pc).cross(pd - pc), two = (pt - pd).cross(pc - pd);
         if (one.dot(before) < 0.5 * one.norm() || two.dot(before) < 0.5 * two.norm()) return false;
         if (one.norm() == 0.0 || two.norm() == 0.0) return false;
+        const Vec3 across = (pb - pa).cross(pd - pc);
+        if (std::abs(across.dot(pc - pa)) > most_lost * wanted(a, b) * across.norm()) return false;
         mesh_.flip(a, b);
         return true;
     }

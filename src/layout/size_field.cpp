@@ -50,7 +50,7 @@ SizeField::SizeField(const TriMesh& mesh, const occ::CadReference& reference,
       size_(std::size_t(mesh.vertex_count()), 0.0) {
     base::parallel_for(size_.size(), 64, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i)
-            if (mesh_.vertex_alive(int(i))) size_[i] = by_curvature(int(i));
+            if (mesh_.vertex_alive(int(i))) size_[i] = at_places(int(i)) * by_curvature(int(i));
     });
     limit_growth();
     for (double& s : size_) s *= options.scale;
@@ -65,7 +65,7 @@ double SizeField::by_curvature(int v) const {
         // A cubic leaves an arc of radius r and angle a by about 1e-3 r a^4; one refinement of the
         // cage, which halves a, is counted on.
         const double angle = std::pow(200.0 * options_.tolerance_rel * diagonal * bend, 0.25);
-        size = std::min(size, std::clamp(angle, 0.3, 0.85) / (options_.fineness * bend));
+        size = std::min(size, std::clamp(angle, 0.3, 1.1) / (options_.fineness * bend));
     }
     size = std::max(size, options_.least_rel * diagonal / options_.fineness);
     const int curve = mesh_.curve_at(v);
@@ -74,9 +74,17 @@ double SizeField::by_curvature(int v) const {
     return c.closed ? std::min(size, c.length / 6.0) : size;
 }
 
+double SizeField::at_places(int v) const {
+    double factor = 1.0;
+    for (const FinerPlace& place : options_.finer_at)
+        if ((mesh_.point(v) - place.point).norm() < place.radius) factor *= 0.5;
+    return factor;
+}
+
 void SizeField::add_vertex(int a, int b) {
     const int v = mesh_.vertex_count() - 1;
-    size_.push_back(std::min(0.5 * (at(a) + at(b)), options_.scale * by_curvature(v)));
+    size_.push_back(
+        std::min(0.5 * (at(a) + at(b)), options_.scale * at_places(v) * by_curvature(v)));
 }
 
 void SizeField::limit_growth() {

@@ -3,19 +3,24 @@
 
 #include "layout/tri_mesh.h"
 
+#include <patchwright/layout/make_cage.h>
 #include <patchwright/occ/cad_reference.h>
 
 #include <vector>
 
 namespace patchwright::layout {
 
+/// Where lengths are halved once more.
+using FinerPlace = CageOptions::Place;
+
 struct SizeOptions {
     double tolerance_rel = 1e-3;  ///< of the diagonal: what the cage is to be fitted to
-    double least_rel = 6e-3;      ///< of the diagonal: shortest edge asked for
+    double least_rel = 8e-3;      ///< of the diagonal: shortest edge asked for
     double largest_rel = 0.12;    ///< of the diagonal: longest
     double growth = 0.6;          ///< by how much length may grow per length
     double fineness = 1.0;        ///< divides lengths by curvature and the shortest one
     double scale = 1.0;           ///< multiplies all lengths
+    std::vector<FinerPlace> finer_at;
 };
 
 /// Wanted lengths, one a vertex of a mesh that changes.
@@ -31,6 +36,7 @@ class SizeField {
 
   private:
     [[nodiscard]] double by_curvature(int v) const;
+    [[nodiscard]] double at_places(int v) const;
 
     const TriMesh& mesh_;
     const occ::CadReference& reference_;

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <vector>
 
 namespace patchwright::occ {
@@ -70,6 +71,46 @@ std::optional<fit::Deviation> measure_feature_deviation(const CadReference& from
     }
     return fit::deviation_statistics(distances,
                                      {.apart_mm = places_apart * from.bounds().diagonal()});
+}
+
+std::vector<SharpCurveDistance> measure_sharp_curves(const CadReference& from,
+                                                     const CadReference& to,
+                                                     double longer_than_mm) {
+    using geom::FeatureKind;
+    constexpr int samples = 65;
+    constexpr double least_kink_rad = 0.02;
+    std::vector<int> kinked;  // less than sharp ones are
+    const auto& others = to.features().curves;
+    for (std::size_t i = 0; i < others.size(); ++i)
+        if (others[i].kind == FeatureKind::Smooth && others[i].greatest_angle_rad > least_kink_rad)
+            kinked.push_back(int(i));
+    const auto distance = [&](const geom::Vec3& p, bool any_edge) {
+        const auto sharp = to.feature_point(p, FeatureKind::Sharp);
+        double nearest = sharp ? sharp->distance : std::numeric_limits<double>::infinity();
+        for (const int curve : kinked)
+            nearest = std::min(nearest, to.nearest_on_curve(curve, p).distance);
+        if (!any_edge) return nearest;
+        const auto smooth = to.feature_point(p, FeatureKind::Smooth);
+        return smooth ? std::min(nearest, smooth->distance) : nearest;
+    };
+    const auto& curves = from.features().curves;
+    std::vector<SharpCurveDistance> result;
+    for (std::size_t i = 0; i < curves.size(); ++i) {
+        const geom::FeatureCurve& curve = curves[i];
+        if (curve.kind != FeatureKind::Sharp || !(curve.length > longer_than_mm)) continue;
+        const bool fades = curve.least_angle_rad < ReferenceOptions{}.sharp_angle_rad;
+        SharpCurveDistance found{.curve = int(i), .length = curve.length};
+        for (int k = 0; k < samples; ++k) {
+            const geom::Vec3 p =
+                from.point_on_curve(int(i), curve.length * k / (samples - 1)).point;
+            const double nearest = distance(p, fades);
+            if (nearest < found.distance) continue;
+            found.distance = nearest;
+            found.at = p;
+        }
+        result.push_back(found);
+    }
+    return result;
 }
 
 }  // namespace patchwright::occ

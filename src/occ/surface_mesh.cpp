@@ -203,9 +203,16 @@ class Gluing {
             if (at >= 0) mesh.corners[std::size_t(at)] = int(i);
         }
         std::set<std::pair<int, int>> taken;
+        for (const bool smooth : {false, true}) add_features(mesh, model, smooth, taken);
+    }
+
+    void add_features(SurfaceMesh& mesh, const SearchModel& model, bool smooth,
+                      std::set<std::pair<int, int>>& taken) {
+        const auto point = [&](int node) { return number_[std::size_t(classes_.find(node))]; };
         for (std::size_t i = 0; i < nodes_.size(); ++i) {
             const int edge = network_edge_[i];
-            if (edge < 0 || model.network.edges[std::size_t(edge)].kind == EdgeKind::Smooth)
+            if (edge < 0) continue;
+            if ((model.network.edges[std::size_t(edge)].kind == EdgeKind::Smooth) != smooth)
                 continue;
             for (std::size_t k = 0; k + 1 < nodes_[i].size(); ++k) {
                 const auto side = std::minmax({point(nodes_[i][k]), point(nodes_[i][k + 1])});

@@ -188,6 +188,13 @@ class SectionWriter {
         };
         curves("  output to input", d.sharp_output_to_input);
         curves("  input to output", d.sharp_input_to_output);
+        if (!d.long_sharp) return;
+        const auto& l = *d.long_sharp;
+        row("  kept", "{} of {} longer than {} lie within {} of edges of the output",
+            l.count - int(l.missed.size()), l.count, length(l.longer_than), length(l.tolerance));
+        for (std::size_t i = 0; i < std::min<std::size_t>(l.missed.size(), 5); ++i)
+            row("  missed", "{} of {} at {}", length(l.missed[i].distance),
+                length(l.missed[i].length), place(l.missed[i].at));
     }
     void continuity(const patch::Continuity& c) {
         sections_.push_back({"Continuity", {}});

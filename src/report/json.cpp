@@ -216,6 +216,19 @@ class Writer {
         Json json = {{"input", d.sharp_curves_input}, {"output", d.sharp_curves_output}};
         if (d.sharp_output_to_input) json["output_to_input"] = deviation(*d.sharp_output_to_input);
         if (d.sharp_input_to_output) json["input_to_output"] = deviation(*d.sharp_input_to_output);
+        if (d.long_sharp) {
+            Json missed = Json::array();
+            for (const auto& m : d.long_sharp->missed) {
+                Json curve = {{"length", length(m.length)}, {"at", point(m.at)}};
+                // No edge at all is no distance.
+                curve["distance"] = std::isfinite(m.distance) ? length(m.distance) : Json();
+                missed.push_back(curve);
+            }
+            json["long"] = {{"longer_than", length(d.long_sharp->longer_than)},
+                            {"tolerance", length(d.long_sharp->tolerance)},
+                            {"count", d.long_sharp->count},
+                            {"missed", missed}};
+        }
         return json;
     }
     Json deviation(const fit::Deviation& d) const {

@@ -229,6 +229,20 @@ class Results(CliTest):
                 for side in report["deviation"].values():
                     self.assertLess(side["max"], 1e-9 * diagonal)
 
+    def test_sharp_curves_that_are_kept_are_counted(self):
+        result = self.report("compare", WING / "wing.step", WING / "wing.igs", "--tolerance", "1e-3rel")["sharp_curves"]["long"]
+        self.assertGreater(result["count"], 0)
+        self.assertAlmostEqual(result["longer_than"], 100 * result["tolerance"])
+        self.assertEqual(result["missed"], [])
+        # A cube without creases has none of the edges of one that has them.
+        for name in ("cube", "cube_rim"):
+            self.report("export", SAMPLES / "cages" / f"{name}.obj", "-o", self.path(f"{name}.step"))
+        result = self.report("compare", self.path("cube_rim.step"), self.path("cube.step"), "--tolerance", "1e-3rel")
+        curves = result["sharp_curves"]["long"]
+        self.assertEqual(len(curves["missed"]), curves["count"])
+        self.assertIsNone(curves["missed"][0]["distance"])
+        self.check_error(run("compare", WING / "wing.step", WING / "wing.igs", "--tolerance", "3parsec"), 1, "parsec")
+
     def test_a_cage_from_cad(self):
         made = self.path("made.obj")
         cage = self.report("cage", WING / "wing.igs", "-o", made, "--layout", "aligned")["cage"]

@@ -14,7 +14,13 @@ import tempfile
 
 SUFFIXES = {".step", ".stp", ".iges", ".igs", ".brep", ".brp"}
 HEADER = ("| input | faces in | cage faces | extraordinary vertices | patches | closed, valid | "
-          "deviation out to in, in to out (of the diagonal) | tolerance | seconds |")
+          "deviation out to in, in to out (of the diagonal) | tolerance | long sharp curves kept | seconds |")
+
+
+def kept(report):
+    """How many of the input's sharp curves longer than 100 times the tolerance lie within it of edges of the output."""
+    curves = report.get("sharp_curves", {}).get("long")
+    return f"{curves['count'] - len(curves['missed'])} of {curves['count']}" if curves else "-"
 
 
 def convert(program, file, tolerance, seconds, folder, most_patches=None):
@@ -26,11 +32,11 @@ def convert(program, file, tolerance, seconds, folder, most_patches=None):
     try:
         run = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=seconds)
     except subprocess.TimeoutExpired:
-        return "failed", f"| {file.name} | more than {seconds} s | | | | | | | |"
+        return "failed", f"| {file.name} | more than {seconds} s | | | | | | | | |"
     if run.returncode == 2:
-        return "refused", f"| {file.name} | {run.stderr.strip().splitlines()[-1]} | | | | | | | |"
+        return "refused", f"| {file.name} | {run.stderr.strip().splitlines()[-1]} | | | | | | | | |"
     if run.returncode not in (0, 3):
-        return "failed", f"| {file.name} | exit {run.returncode}: {run.stderr.strip()[-200:]} | | | | | | | |"
+        return "failed", f"| {file.name} | exit {run.returncode}: {run.stderr.strip()[-200:]} | | | | | | | | |"
     r = json.loads(report.read_text())
     diagonal = r["input"]["diagonal"]
     out, back = (r["deviation"][way]["max"] / diagonal for way in ("output_to_input", "input_to_output"))
@@ -43,7 +49,7 @@ def convert(program, file, tolerance, seconds, folder, most_patches=None):
         state = "failed"
     return state, (f"| {file.name} | {r['input']['faces']} | {r['cage']['faces']} | {r['cage']['extraordinary']} | {r['patches']['count']} | "
                    f"{'yes' if solid['closed'] else 'open'}, {'yes' if solid['valid'] else 'no'} | {out:.1e}, {back:.1e} | "
-                   f"{tolerance}: {state} | {r['seconds']['total']:.1f} |")
+                   f"{tolerance}: {state} | {kept(r)} | {r['seconds']['total']:.1f} |")
 
 
 def main():

@@ -135,3 +135,27 @@ TEST_CASE("sharp edges are compared with sharp edges", "[occ][oracle]") {
     CHECK_FALSE(occ::measure_feature_deviation(box(1.0), sphere(1.0), geom::FeatureKind::Sharp)
                     .has_value());
 }
+
+TEST_CASE("sharp curves are looked at one by one", "[occ][oracle]") {
+    const auto box = [](double height) {
+        return CadReference(test::model_of(BRepPrimAPI_MakeBox(10.0, 10.0, height).Shape()));
+    };
+    // Edges of the lid are 2 off, upright ones at their upper ends, those of the floor not at all.
+    const CadReference tall = box(12.0), low = box(10.0);
+    const auto all = occ::measure_sharp_curves(tall, low, 1.0);
+    REQUIRE(all.size() == 12);
+    int off = 0;
+    for (const auto& c : all) {
+        CHECK((c.distance == Approx(2.0) || c.distance == Approx(0.0).margin(1e-9)));
+        if (c.distance < 1.0) continue;
+        ++off;
+        CHECK(c.at.z() == Approx(12.0));
+    }
+    CHECK(off == 8);
+    // Only the four upright ones are longer than 11.
+    const auto longest = occ::measure_sharp_curves(tall, low, 11.0);
+    REQUIRE(longest.size() == 4);
+    for (const auto& c : longest) CHECK(c.length == Approx(12.0));
+    for (const auto& c : occ::measure_sharp_curves(low, sphere(5.0), 1.0))
+        CHECK(std::isinf(c.distance));
+}

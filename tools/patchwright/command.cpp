@@ -240,7 +240,7 @@ mesh::Cage read_cage(Run& run, const std::string& file, base::LengthUnit unit) {
 }
 
 layout::CageResult make_cage(Run& run, const Input& input, const occ::CadReference& reference,
-                             const LayoutOptions& options, double tolerance_rel, double fineness) {
+                             const LayoutOptions& options, double tolerance_rel) {
     const auto method = options.method == "aligned"  ? layout::Method::Aligned
                         : options.method == "remesh" ? layout::Method::Remesh
                                                      : layout::Method::Auto;
@@ -248,7 +248,8 @@ layout::CageResult make_cage(Run& run, const Input& input, const occ::CadReferen
                                                   {.method = method,
                                                    .target_faces = options.target_faces,
                                                    .tolerance_rel = tolerance_rel,
-                                                   .fineness = fineness,
+                                                   .fineness = options.fineness,
+                                                   .finer_at = options.finer_at,
                                                    .progress = run.progress()});
     for (const std::string& text : result.notices) run.notice(text);
     run.report.cage = mesh::summarise(*result.cage.topology);
@@ -258,6 +259,13 @@ layout::CageResult make_cage(Run& run, const Input& input, const occ::CadReferen
 double relative_tolerance(const FitCommandOptions& options, const occ::CadReference& reference) {
     const double diagonal = reference.bounds().diagonal();
     return base::parse_length(options.tolerance).in_millimetres(diagonal) / diagonal;
+}
+
+FitCommandOptions bounded(FitCommandOptions options) {
+    constexpr int most_levels = 2, most_vertices = 40000;
+    options.max_levels = std::min(options.max_levels, most_levels);
+    options.max_vertices = std::min(options.max_vertices, most_vertices);
+    return options;
 }
 
 void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUnit unit) {
@@ -302,8 +310,27 @@ occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOption
     return written;
 }
 
+namespace {
+
+report::DeviationFigures::LongSharpCurves long_sharp_curves(const occ::CadReference& output,
+                                                            const occ::CadReference& input,
+                                                            double tolerance_mm) {
+    constexpr double long_in_tolerances = 100.0;
+    report::DeviationFigures::LongSharpCurves result{
+        .longer_than = long_in_tolerances * tolerance_mm, .tolerance = tolerance_mm};
+    for (const auto& c : occ::measure_sharp_curves(input, output, result.longer_than)) {
+        ++result.count;
+        if (c.distance > tolerance_mm) result.missed.push_back({c.length, c.distance, c.at});
+    }
+    std::stable_sort(result.missed.begin(), result.missed.end(),
+                     [](const auto& a, const auto& b) { return a.distance > b.distance; });
+    return result;
+}
+
+}  // namespace
+
 void compare_models(Run& run, const occ::CadReference& output, const occ::CadReference& input,
-                    int samples) {
+                    int samples, std::optional<double> tolerance_mm) {
     const occ::DeviationMeasure measure{.samples = samples, .progress = run.progress()};
     const auto kind = geom::FeatureKind::Sharp;
     const auto count = [&](const occ::CadReference& reference) {
@@ -318,6 +345,8 @@ void compare_models(Run& run, const occ::CadReference& output, const occ::CadRef
         .sharp_curves_output = count(output),
         .sharp_output_to_input = occ::measure_feature_deviation(output, input, kind),
         .sharp_input_to_output = occ::measure_feature_deviation(input, output, kind)};
+    if (tolerance_mm)
+        run.report.deviation->long_sharp = long_sharp_curves(output, input, *tolerance_mm);
 }
 
 namespace {
@@ -347,6 +376,7 @@ mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const occ::CadReference& r
         {.tolerance_mm = 0.8 * tolerance,
          .refinement = options.refine == "local" ? fit::Refinement::Local : fit::Refinement::Global,
          .max_levels = options.max_levels,
+         .max_vertices = options.max_vertices,
          .symmetry = symmetry_option(options.symmetry),
          .progress = run.progress()});
     if (result.faces_away) {

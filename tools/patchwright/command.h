@@ -59,7 +59,12 @@ struct FitCommandOptions {
     std::string refine = "local";
     std::string symmetry = "detect";
     int max_levels = 12;
+    int max_vertices = 200000;  ///< of a fitted cage
 };
+
+/// For a cage that was made: such a cage is made anew where it is too coarse, instead of being
+/// refined again and again, which costs four times as much each time.
+FitCommandOptions bounded(FitCommandOptions options);
 
 void add_fit_options(CLI::App& command, FitCommandOptions& options);
 
@@ -105,16 +110,16 @@ mesh::Cage read_cage(Run& run, const std::string& file, base::LengthUnit unit);
 /// How a cage is made where none is given.
 struct LayoutOptions {
     std::string method = "auto";
-    int target_faces = 0;  ///< 0: as curvature asks for
+    int target_faces = 0;   ///< 0: as curvature asks for
+    double fineness = 1.0;  ///< of a further try: see layout::CageOptions
+    std::vector<layout::CageOptions::Place> finer_at;
 };
 
 void add_layout_options(CLI::App& command, LayoutOptions& options);
 
 /// Makes a cage from the CAD model; fills report.cage.
-/// @param fineness  more than 1: a second try, finer than the first
 layout::CageResult make_cage(Run& run, const Input& input, const occ::CadReference& reference,
-                             const LayoutOptions& options, double tolerance_rel,
-                             double fineness = 1.0);
+                             const LayoutOptions& options, double tolerance_rel);
 
 /// Writes a cage, atomically, in `unit`.
 void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUnit unit);
@@ -128,8 +133,10 @@ occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOption
                             const occ::CadReference* source = nullptr);
 
 /// Measures both ways and fills report.deviation.
+/// @param tolerance_mm  with one, the input's sharp curves longer than 100 times it are looked at
+///                      one by one
 void compare_models(Run& run, const occ::CadReference& output, const occ::CadReference& input,
-                    int samples);
+                    int samples, std::optional<double> tolerance_mm = std::nullopt);
 
 /// Fits and fills report.fit; the tolerance is for the final, two-sided deviation.
 mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const occ::CadReference& reference,

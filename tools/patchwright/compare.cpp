@@ -8,16 +8,21 @@ namespace {
 
 struct CompareOptions {
     CommonOptions common;
-    std::string a, b, input_unit;
+    std::string a, b, input_unit, tolerance;
     int samples = 20000;
 };
 
 int compare(const CompareOptions& options) {
+    if (!options.tolerance.empty()) base::parse_length(options.tolerance);
     Run run(options.common);
     const Input b = read_input(run, options.b, {});
     const Input a = read_input(run, options.a, options.input_unit);
     run.report.solid = b.figures;
-    compare_models(run, occ::CadReference(b.model), occ::CadReference(a.model), options.samples);
+    const occ::CadReference input(a.model), output(b.model);
+    std::optional<double> tolerance;
+    if (!options.tolerance.empty())
+        tolerance = base::parse_length(options.tolerance).in_millimetres(input.bounds().diagonal());
+    compare_models(run, output, input, options.samples, tolerance);
     run.end_stage("check");
     run.finish();
     return Done;
@@ -34,6 +39,9 @@ void register_compare(CLI::App& app, int& exit_code) {
     command->add_option("--samples", options->samples, "samples each way")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
+    command->add_option("--tolerance", options->tolerance,
+                        "look one by one at A's sharp curves that are longer than 100 times this: "
+                        "0.05mm, 0.002in, or 1e-4rel (of A's diagonal)");
     command->add_option("--input-unit", options->input_unit, "overrides the unit written in A");
     add_common_options(*command, options->common, true);
     command->callback([options, &exit_code] { exit_code = compare(*options); });

@@ -24,8 +24,8 @@ struct ConvertOptions {
     int samples = 20000;
 };
 
-// A second, finer cage is not tried when it has more faces than this.
-constexpr int most_faces_again = 3000;
+// Cages made one after the other at most, and faces of one that is tried after the first.
+constexpr int most_tries = 3, most_faces_again = 4000;
 
 struct Attempt {
     mesh::Cage fitted;
@@ -41,12 +41,13 @@ double caps(const Run& run) { return caps_share * run.report.fit->tolerance; }
 
 /// Fits, writes and measures.
 Attempt attempt(Run& run, const ConvertOptions& options, const mesh::Cage& cage,
-                const occ::CadReference& reference) {
+                const FitCommandOptions& fit, const occ::CadReference& reference) {
     Attempt result;
-    result.fitted = fit_cage(run, cage, reference, options.fit);
+    result.fitted = fit_cage(run, cage, reference, fit);
     const occ::CadModel written =
         write_patches(run, result.fitted, options.output, run.report.unit, caps(run), &reference);
-    compare_models(run, occ::CadReference(written), reference, options.samples);
+    compare_models(run, occ::CadReference(written), reference, options.samples,
+                   run.report.fit->tolerance);
     run.end_stage("check");
     const report::DeviationFigures& deviation = *run.report.deviation;
     const double diagonal = reference.bounds().diagonal();
@@ -64,6 +65,72 @@ int finish(Run& run, const ConvertOptions& options, const Attempt& attempt) {
                    base::parse_length_unit(options.fit.cage_unit));
     run.finish();
     return attempt.met() ? Done : ToleranceMissed;
+}
+
+/// How the next cage is made: finer where the last one missed. Far off, the recognised shape is not
+/// what the model is.
+LayoutOptions next_layout(const LayoutOptions& last, const Attempt& attempt, layout::Method method,
+                          double diagonal) {
+    constexpr double far_off = 10.0, radius_rel = 0.04;
+    LayoutOptions next = last;
+    if (method == layout::Method::Aligned) {
+        if (attempt.deviation > far_off * attempt.tolerance && last.method == "auto")
+            next.method = "remesh";
+        else
+            next.fineness *= 2.0;
+        return next;
+    }
+    const report::DeviationFigures& deviation = *attempt.report.deviation;
+    for (const fit::Deviation* way : {&deviation.output_to_input, &deviation.input_to_output}) {
+        for (const fit::DeviationPlace& place : way->worst) {
+            const auto near = [&](const auto& other) {
+                return (other.point - place.point).norm() < 0.5 * radius_rel * diagonal;
+            };
+            const auto fresh = next.finer_at.begin() + std::ptrdiff_t(last.finer_at.size());
+            if (place.distance > 0.8 * attempt.tolerance * diagonal &&
+                std::none_of(fresh, next.finer_at.end(), near))
+                next.finer_at.push_back({place.point, radius_rel * diagonal});
+        }
+    }
+    return next;
+}
+
+/// Makes cages until one meets the tolerance; the best one's output is what is left on disk.
+Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& input,
+                      const occ::CadReference& reference) {
+    const double tolerance = relative_tolerance(options.fit, reference);
+    LayoutOptions how = options.layout;
+    std::optional<Attempt> best;
+    bool best_is_written = true;
+    for (int number = 1; number <= most_tries; ++number) {
+        const layout::CageResult made = make_cage(run, input, reference, how, tolerance);
+        run.end_stage("layout");
+        const int faces = made.cage.topology->face_count();
+        if (best && faces > most_faces_again) {
+            run.notice(fmt::format("another cage would have {} faces: not tried", faces));
+            break;
+        }
+        const bool aligned = made.method == layout::Method::Aligned;
+        Attempt now = attempt(run, options, made.cage, aligned ? options.fit : bounded(options.fit),
+                              reference);
+        const bool met = now.met();
+        if (!met || number > 1)
+            run.notice(fmt::format("cage {} of {} faces leaves {:.2g} of the diagonal", number,
+                                   faces, now.deviation));
+        how = next_layout(how, now, made.method, reference.bounds().diagonal());
+        best_is_written = !best || now.deviation < best->deviation;
+        if (best_is_written) best = std::move(now);
+        if (met) break;
+    }
+    const auto seconds = run.report.seconds;
+    const auto notices = run.report.notices;
+    run.report = best->report;
+    run.report.seconds = seconds;
+    run.report.notices = notices;
+    if (!best_is_written) {
+        write_patches(run, best->fitted, options.output, run.report.unit, caps(run), &reference);
+    }
+    return std::move(*best);
 }
 
 int convert(const ConvertOptions& options) {
@@ -84,38 +151,9 @@ int convert(const ConvertOptions& options) {
     const occ::CadReference reference(input.model, {.progress = run.progress()});
     if (!options.cage.empty()) {
         run.end_stage("layout");
-        return finish(run, options, attempt(run, options, cage, reference));
+        return finish(run, options, attempt(run, options, cage, options.fit, reference));
     }
-    const double tolerance = relative_tolerance(options.fit, reference);
-    const layout::CageResult made = make_cage(run, input, reference, options.layout, tolerance);
-    run.end_stage("layout");
-    const Attempt first = attempt(run, options, made.cage, reference);
-    if (first.met()) return finish(run, options, first);
-    // Far off, the recognised shape is not what the model is; near, it needs more faces.
-    LayoutOptions again = options.layout;
-    const bool far_off = first.deviation > 10.0 * first.tolerance;
-    if (far_off && again.method == "auto") again.method = "remesh";
-    const bool other = far_off && made.method == layout::Method::Aligned;
-    const layout::CageResult finer =
-        make_cage(run, input, reference, again, tolerance, other ? 1.0 : 2.0);
-    run.end_stage("layout");
-    if (finer.cage.topology->face_count() > most_faces_again) {
-        run.report = first.report;
-        return finish(run, options, first);
-    }
-    const Attempt second = attempt(run, options, finer.cage, reference);
-    run.notice(
-        fmt::format("a cage of {} faces left {:.2g} of the diagonal; tried one of {} faces: {:.2g}",
-                    made.cage.topology->face_count(), first.deviation,
-                    finer.cage.topology->face_count(), second.deviation));
-    if (second.deviation < first.deviation) return finish(run, options, second);
-    const auto seconds = run.report.seconds;
-    const auto notices = run.report.notices;
-    run.report = first.report;
-    run.report.seconds = seconds;
-    run.report.notices = notices;
-    write_patches(run, first.fitted, options.output, run.report.unit, caps(run), &reference);
-    return finish(run, options, first);
+    return finish(run, options, best_of_tries(run, options, input, reference));
 }
 
 }  // namespace

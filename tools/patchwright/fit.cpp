@@ -21,12 +21,15 @@ int fit_only(const FitOnlyOptions& options) {
     if (!options.cage.empty()) cage = read_cage(run, options.cage, cage_unit);
     const Input input = read_input(run, options.input, options.input_unit);
     const occ::CadReference reference(input.model, {.progress = run.progress()});
+    FitCommandOptions fit = options.fit;
     if (options.cage.empty()) {
         const double tolerance = relative_tolerance(options.fit, reference);
-        cage = make_cage(run, input, reference, options.layout, tolerance).cage;
+        layout::CageResult made = make_cage(run, input, reference, options.layout, tolerance);
+        cage = std::move(made.cage);
+        if (made.method == layout::Method::Remesh) fit = bounded(fit);
     }
     run.end_stage("layout");
-    const mesh::Cage fitted = fit_cage(run, cage, reference, options.fit);
+    const mesh::Cage fitted = fit_cage(run, cage, reference, fit);
     write_cage(fitted, options.output, cage_unit);
     run.end_stage("write");
     run.finish();

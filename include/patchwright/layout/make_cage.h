@@ -22,6 +22,12 @@ struct CageOptions {
     int target_faces = 0;         ///< number of faces to aim at; 0: as curvature asks for
     double tolerance_rel = 1e-3;  ///< of the diagonal: what the cage is to be fitted to
     double fineness = 1.0;        ///< > 0: edges are shorter by this factor where shape asks for it
+    /// A ball in which a remeshed cage has edges of half the length; of a quarter in two of them.
+    struct Place {
+        geom::Vec3 point = geom::Vec3::Zero();
+        double radius = 0.0;  ///< millimetres
+    };
+    std::vector<Place> finer_at;
     base::Progress progress;
 };
 

@@ -26,4 +26,20 @@ std::optional<fit::Deviation> measure_feature_deviation(const CadReference& from
                                                         const CadReference& to,
                                                         geom::FeatureKind kind, int samples = 5000);
 
+/// A sharp curve of one model and how far another one's sharp edges are from it.
+struct SharpCurveDistance {
+    int curve = -1;         ///< number among Features::curves of `from`
+    double length = 0.0;    ///< millimetres
+    double distance = 0.0;  ///< largest one of its points from the nearest edge that counts;
+                            ///< infinite when there is none
+    geom::Vec3 at = geom::Vec3::Zero();  ///< where that is
+};
+
+/// Sharp curves of `from` longer than `longer_than_mm` against the creases of `to`: its sharp edges
+/// and those along which its faces meet at more than a degree somewhere. For a curve whose faces
+/// meet at less than a sharp edge's angle on a part of it, all edges of `to` count.
+/// @return one a curve, in the order of Features::curves
+std::vector<SharpCurveDistance> measure_sharp_curves(const CadReference& from,
+                                                     const CadReference& to, double longer_than_mm);
+
 }  // namespace patchwright::occ

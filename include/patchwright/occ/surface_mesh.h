@@ -8,7 +8,7 @@
 
 namespace patchwright::occ {
 
-/// A side of a triangle that lies on a sharp or free feature curve.
+/// A side of a triangle that lies on a feature curve of any kind.
 struct FeatureSide {
     int v0, v1;  ///< v0 < v1
     int curve;   ///< number among Features::curves of the reference

@@ -86,6 +86,18 @@ struct DeviationFigures {
     int sharp_curves_input = 0, sharp_curves_output = 0;
     /// Between the sharp feature curves; nothing when one side has none.
     std::optional<fit::Deviation> sharp_output_to_input, sharp_input_to_output;
+    /// The input's sharp curves longer than 100 times the tolerance, and those of them that are
+    /// farther than it from edges of the output; nothing when there is no tolerance.
+    struct MissedCurve {
+        double length = 0.0, distance = 0.0;
+        geom::Vec3 at = geom::Vec3::Zero();
+    };
+    struct LongSharpCurves {
+        double longer_than = 0.0, tolerance = 0.0;
+        int count = 0;
+        std::vector<MissedCurve> missed;
+    };
+    std::optional<LongSharpCurves> long_sharp;
 };
 
 /// A grid file.
