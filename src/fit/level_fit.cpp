@@ -65,8 +65,8 @@ class LevelFitter {
           curve_(topology_, side_sets(options.samples_per_edge), curves_.sites),
           curve_steps_{.held = std::vector<std::uint8_t>(std::size_t(topology_.vertex_count()))},
           surface_steps_(curve_steps_) {
-        bending_.apply(points_, given_);
         find_evenness();
+        bending_.apply(points_, given_);
         Points samples;
         curve_.apply(points_, samples);
         match_ =
@@ -149,7 +149,8 @@ class LevelFitter {
             // Bending has fewer samples a face than the surface, and they count alike.
             const double share = double(samples.rows()) / double(bending_.rows());
             const double bending = fairness * share;
-            const Stiffness stiff = stiffness(bending, share);
+            // Curves go where their features are; the surface then evens out what is left.
+            const Stiffness stiff = stiffness(bending, now.of_curves ? 0.0 : share);
             const StepOperator step(samples, now.weights, bending_, stiff.rows, damping,
                                     constraints);
             const CglsResult solution =
@@ -195,7 +196,9 @@ class LevelFitter {
         Eigen::VectorXd evenness;
     };
 
-    /// Sliding by as much as a face is wide counts as much as missing by the tolerance.
+    /// Sliding by as much as a face is wide counts as much as missing by a tenth of the tolerance:
+    /// enough against what drifts for nothing, too little to keep curves and noses from their
+    /// place.
     void find_evenness() {
         std::vector<double> rows;
         for (const mesh::FaceId f : topology_.faces()) {
@@ -217,7 +220,7 @@ class LevelFitter {
         evenness_ = Eigen::Map<const Eigen::VectorXd>(rows.data(), Eigen::Index(rows.size()))
                         .cwiseMax(1e-300)
                         .cwiseInverse() *
-                    std::pow(options_.tolerance_mm, 2);
+                    std::pow(0.1 * options_.tolerance_mm, 2);
     }
 
     [[nodiscard]] Stiffness stiffness(double bending, double share) const {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace patchwright::test {
@@ -21,13 +22,10 @@ double chord_at(double t) { return root + (tip - root) * t; }
 
 /// Half thickness at x = s^2 for chord 1 and its derivatives; odd in s.
 Vec3 profile(double s) {
-    const double a = std::abs(s), sign = s < 0 ? -1.0 : 1.0;
-    const double z = 0.2969 * a - 0.1260 * a * a - 0.3516 * std::pow(a, 4) +
-                     0.2843 * std::pow(a, 6) - 0.1036 * std::pow(a, 8);
-    const double dz = 0.2969 - 2 * 0.1260 * a - 4 * 0.3516 * std::pow(a, 3) +
-                      6 * 0.2843 * std::pow(a, 5) - 8 * 0.1036 * std::pow(a, 7);
-    const double ddz = -2 * 0.1260 - 12 * 0.3516 * a * a + 30 * 0.2843 * std::pow(a, 4) -
-                       56 * 0.1036 * std::pow(a, 6);
+    const double a = std::abs(s), sign = s < 0 ? -1.0 : 1.0, b = a * a;
+    const double z = a * (0.2969 - a * (0.1260 + b * (0.3516 - b * (0.2843 - b * 0.1036))));
+    const double dz = 0.2969 - a * (0.2520 + b * (1.4064 - b * (1.7058 - b * 0.8288)));
+    const double ddz = -0.2520 - b * (4.2192 - b * (8.5290 - b * 5.8016));
     return 0.6 * Vec3(sign * z, dz, sign * ddz);
 }
 
@@ -49,11 +47,20 @@ struct Hit {
     double s, t, distance;
 };
 
-/// Nearest t on the straight line at s.
-double nearest_t(double s, const Vec3& q) {
-    const Vec3 a = NacaWing::point(s, 0), b = NacaWing::point(s, 1) - a;
-    return std::clamp((q - a).dot(b) / b.squaredNorm(), 0.0, 1.0);
+/// From root to tip at one s.
+struct Line {
+    Vec3 start, along;
+    [[nodiscard]] double nearest(const Vec3& q) const {
+        return std::clamp((q - start).dot(along) / along.squaredNorm(), 0.0, 1.0);
+    }
+};
+
+Line line_at(double s) {
+    const Vec3 start = NacaWing::point(s, 0);
+    return {start, NacaWing::point(s, 1) - start};
 }
+
+double nearest_t(double s, const Vec3& q) { return line_at(s).nearest(q); }
 
 /// Least distance along s from a start, t following, by bracketed Newton steps on its derivative.
 Hit descend(double low, double high, const Vec3& q, double fixed_t) {
@@ -90,10 +97,15 @@ Vec3 normal_at(double s, double t) {
 /// The nearest point, or the nearest whose normal is on the side of `side`.
 Hit nearest(const Vec3& q, const std::optional<Vec3>& side, double fixed_t) {
     const auto at = [](int i) { return 2.0 * i / coarse - 1.0; };
-    std::vector<double> distance(coarse + 1);
-    for (int i = 0; i <= coarse; ++i) {
-        const double s = at(i), t = fixed_t >= 0 ? fixed_t : nearest_t(s, q);
-        distance[std::size_t(i)] = (NacaWing::point(s, t) - q).norm();
+    static const std::vector<Line> lines = [&] {
+        std::vector<Line> result;
+        for (int i = 0; i <= coarse; ++i) result.push_back(line_at(at(i)));
+        return result;
+    }();
+    std::array<double, coarse + 1> distance{};
+    for (std::size_t i = 0; i <= coarse; ++i) {
+        const double t = fixed_t >= 0 ? fixed_t : lines[i].nearest(q);
+        distance[i] = (lines[i].start + t * lines[i].along - q).squaredNorm();
     }
     std::optional<Hit> best, facing;
     for (int i = 0; i <= coarse; ++i) {
