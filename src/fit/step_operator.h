@@ -40,8 +40,6 @@ class StepOperator final : public LinearOperator {
     /// The right-hand side that asks for these changes of the samples and second derivatives.
     [[nodiscard]] geom::Points right_side(geom::Points sample_changes,
                                           geom::Points bending_changes) const;
-    /// Largest factor from an unknown to the length of a displacement.
-    [[nodiscard]] double largest_scale() const { return scale_.maxCoeff(); }
     /// Displacements of the control points from a solution.
     [[nodiscard]] geom::Points displacements(const geom::Points& x) const;
 
