@@ -73,6 +73,17 @@ TEST_CASE("CGLS with a zero right-hand side or an exact start takes no step", "[
         0);
 }
 
+TEST_CASE("CGLS ends where it began when nothing but rounding is left to gain", "[fit]") {
+    // Twice the same row asked for opposite values: A^T b is zero, or as near to it as rounding is.
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Random(2, 8);
+    rows.row(1) = rows.row(0);
+    geom::Points b(2, 3);
+    b << 0.1, 0.2, 0.3, -0.1, -0.2, -0.3;
+    const auto result = fit::solve_cgls(Dense(rows), b, geom::Points::Zero(8, 3));
+    CHECK(result.x.cwiseAbs().maxCoeff() < 1e-10);
+    CHECK(result.residual == Approx(b.norm()));
+}
+
 TEST_CASE("CGLS refuses sizes that do not match", "[fit][errors]") {
     const Dense identity(Eigen::MatrixXd::Identity(5, 5));
     CHECK_THROWS_AS(fit::solve_cgls(identity, geom::Points::Zero(4, 3), geom::Points::Zero(5, 3)),
