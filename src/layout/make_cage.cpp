@@ -9,6 +9,7 @@
 
 #include <cmath>
 #include <map>
+#include <optional>
 
 namespace patchwright::layout {
 
@@ -147,6 +148,27 @@ std::size_t face_count(const std::vector<Blocks>& parts) {
     return count;
 }
 
+/// Nothing when a body is no wing.
+std::optional<std::vector<Blocks>> all_wings(const occ::SurfaceMesh& mesh,
+                                             const occ::CadReference& reference,
+                                             const CageOptions& options) {
+    double fineness = options.fineness;
+    for (int round = 0;; ++round) {
+        const WingOptions wing{.columns = std::max(5, int(std::lround(8 * std::sqrt(fineness)))),
+                               .spans = std::max(1, int(std::lround(5 * fineness)))};
+        std::vector<Blocks> parts;
+        for (const Body& body : bodies_of(mesh)) {
+            auto blocks = wing_blocks(body, reference, wing);
+            if (!blocks) return std::nullopt;
+            parts.push_back(std::move(*blocks));
+        }
+        if (options.target_faces == 0 || round == rounds_of_scaling) return parts;
+        const double ratio = options.target_faces / double(face_count(parts));
+        if (std::abs(std::log(ratio)) < near_enough) return parts;
+        fineness *= std::pow(ratio, 2.0 / 3.0);  // columns go by its root
+    }
+}
+
 }  // namespace
 
 CageResult make_cage(const occ::CadModel& model, const occ::CadReference& reference,
@@ -158,16 +180,13 @@ CageResult make_cage(const occ::CadModel& model, const occ::CadReference& refere
     const double diagonal = reference.bounds().diagonal();
     CageResult result;
     std::vector<Blocks> parts;
-    bool all_aligned = true;
+    bool all_aligned = false;
     if (options.method != Method::Remesh) {
         const occ::SurfaceMesh fine =
             occ::surface_mesh(model, reference, fine_deflection_rel * diagonal);
-        const WingOptions wing{.columns = int(std::lround(8 * std::sqrt(options.fineness))),
-                               .spans = int(std::lround(5 * options.fineness))};
-        for (const Body& body : bodies_of(fine)) {
-            auto blocks = wing_blocks(body, reference, wing);
-            all_aligned = all_aligned && blocks;
-            if (blocks) parts.push_back(std::move(*blocks));
+        if (auto wings = all_wings(fine, reference, options)) {
+            all_aligned = true;
+            parts = std::move(*wings);
         }
     }
     if (options.method == Method::Remesh || !all_aligned) {

@@ -206,6 +206,17 @@ TEST_CASE("edges are shorter where a cage is asked to be finer", "[layout]") {
     CHECK(elsewhere_finer < 2 * elsewhere_usual);
 }
 
+TEST_CASE("the number of a wing's faces follows too, by lines around and along", "[layout]") {
+    for (const int target : {60, 400}) {
+        const layout::CageResult result =
+            layout::make_cage(wing().model, wing().reference, {.target_faces = target});
+        CHECK(result.method == layout::Method::Aligned);
+        // Whole lines come and go.
+        CHECK(result.cage.topology->face_count() > target / 1.5);
+        CHECK(result.cage.topology->face_count() < 1.5 * target);
+    }
+}
+
 TEST_CASE("the same model gives the same cage", "[layout]") {
     const layout::CageOptions options{.method = layout::Method::Remesh};
     const auto a = layout::make_cage(wing().model, wing().reference, options);

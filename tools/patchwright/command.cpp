@@ -133,7 +133,7 @@ void add_layout_options(CLI::App& command, LayoutOptions& options) {
         ->capture_default_str();
     command
         .add_option("--target-faces", options.target_faces,
-                    "number of faces to aim at; left away: as curvature asks for")
+                    "number of faces to aim at, roughly; left away: as the shape asks for")
         ->check(CLI::PositiveNumber);
 }
 

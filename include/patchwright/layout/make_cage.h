@@ -19,7 +19,7 @@ enum class Method {
 
 struct CageOptions {
     Method method = Method::Auto;
-    int target_faces = 0;         ///< number of faces to aim at; 0: as curvature asks for
+    int target_faces = 0;         ///< number of faces to aim at, roughly; 0: as the shape asks for
     double tolerance_rel = 1e-3;  ///< of the diagonal: what the cage is to be fitted to
     double fineness = 1.0;        ///< > 0: edges are shorter by this factor where shape asks for it
     /// A ball in which a remeshed cage has edges of half the length; of a quarter in two of them.
