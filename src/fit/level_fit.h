@@ -31,9 +31,10 @@ inline std::optional<geom::Vec3> unit_or_none(const geom::Vec3& v) {
     return std::nullopt;
 }
 
-/// Where a limit point belongs: the nearest point, but not on the far side of something thin. Around
-/// a rounded edge normals turn by half a circle within a short way; a nearest point that faces
-/// sideways is on that edge, and the next one that faces the limit's normal may be far from it.
+/// Where a limit point belongs: the nearest point, but not on the far side of something thin.
+/// Around a rounded edge normals turn by half a circle within a short way; a nearest point that
+/// faces sideways is on that edge, and the next one that faces the limit's normal may be far from
+/// it.
 inline geom::FootPoint foot_on_side(const geom::ReferenceSurface& reference,
                                     const geom::Vec3& point,
                                     const std::optional<geom::Vec3>& side) {
