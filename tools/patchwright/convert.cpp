@@ -32,8 +32,12 @@ struct Attempt {
     report::RunReport report;
     double deviation = 0.0;  ///< the larger one of both ways, of the diagonal
     double tolerance = 0.0;  ///< of the diagonal
+    bool valid = false;      ///< what the file holds, as read back
 
-    [[nodiscard]] bool met() const { return deviation <= tolerance; }
+    [[nodiscard]] bool met() const { return deviation <= tolerance && valid; }
+    [[nodiscard]] bool better_than(const Attempt& other) const {
+        return valid != other.valid ? valid : deviation < other.deviation;
+    }
 };
 
 /// How far caps may lie from the limit surface, millimetres.
@@ -54,6 +58,7 @@ Attempt attempt(Run& run, const ConvertOptions& options, const mesh::Cage& cage,
     result.deviation =
         std::max(deviation.output_to_input.max, deviation.input_to_output.max) / diagonal;
     result.tolerance = run.report.fit->tolerance / diagonal;
+    result.valid = run.report.solid->valid;
     run.report.fit->met = result.met();
     result.report = run.report;
     return result;
@@ -63,6 +68,11 @@ int finish(Run& run, const ConvertOptions& options, const Attempt& attempt) {
     if (!options.cage_out.empty())
         write_cage(attempt.fitted, options.cage_out,
                    base::parse_length_unit(options.fit.cage_unit));
+    if (!attempt.valid)
+        run.notice(
+            fmt::format("{}: the kernel's check finds the shape invalid; finer cages or "
+                        "--cage may help",
+                        options.output.file));
     run.finish();
     return attempt.met() ? Done : ToleranceMissed;
 }
@@ -118,7 +128,7 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
             run.notice(fmt::format("cage {} of {} faces leaves {:.2g} of the diagonal", number,
                                    faces, now.deviation));
         how = next_layout(how, now, made.method, reference.bounds().diagonal());
-        best_is_written = !best || now.deviation < best->deviation;
+        best_is_written = !best || now.better_than(*best);
         if (best_is_written) best = std::move(now);
         if (met) break;
     }
