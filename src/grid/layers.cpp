@@ -41,7 +41,8 @@ class Marcher {
           steps_(mesh.size()),
           other_(mesh.size()),
           came_(mesh.size(), Vec3::Zero()),
-          bad_(mesh.size()) {}
+          bad_(mesh.size()),
+          hopeless_(mesh.size()) {}
 
     /// @param thinnest  lowered to the least share of the height that a point has come
     geom::Points march(const geom::Points& from, double height, int smoothing, double& thinnest) {
@@ -57,6 +58,10 @@ class Marcher {
         });
         std::swap(steps_, other_);
         even_out(from, height, smoothing);
+        // Where the front itself is folded no step helps; shortening would only spread.
+        for_points(mesh_.size(), [&](std::size_t p) {
+            hopeless_[p] = sight(from, p, best_direction(from, p)) <= 0.0 ? 1 : 0;
+        });
         repair(from, shortest * height);
         geom::Points to(from.rows(), 3);
         for_points(mesh_.size(), [&](std::size_t p) {
@@ -97,7 +102,8 @@ class Marcher {
     Vec3 best_direction(const geom::Points& points, std::size_t p) const {
         const Vec3 n = searched_direction(points, p);
         const double seen = sight(points, p, n);
-        return seen > 2.0 * least_jacobian || seen >= sight(points, p, came_[p]) ? n : came_[p];
+        if (seen > 2.0 * least_jacobian || came_[p].isZero(0.0)) return n;
+        return seen >= sight(points, p, came_[p]) ? n : came_[p];
     }
 
     Vec3 searched_direction(const geom::Points& points, std::size_t p) const {
@@ -200,7 +206,9 @@ class Marcher {
 
     void repair(const geom::Points& from, double shortest_mm) {
         for (int round = 0; round < most_repairs; ++round) {
-            for_points(mesh_.size(), [&](std::size_t p) { bad_[p] = is_bad(from, p) ? 1 : 0; });
+            for_points(mesh_.size(), [&](std::size_t p) {
+                bad_[p] = hopeless_[p] == 0 && is_bad(from, p) ? 1 : 0;
+            });
             if (std::none_of(bad_.begin(), bad_.end(), [](char b) { return b != 0; })) return;
             // The neighbours that share a bad cell move less and more alike.
             for_points(mesh_.size(), [&](std::size_t p) {
@@ -231,7 +239,7 @@ class Marcher {
     const FrontMesh& mesh_;
     std::vector<Vec3> steps_, other_;
     std::vector<Vec3> came_;  ///< directions of the last steps; zero before the first
-    std::vector<char> bad_;
+    std::vector<char> bad_, hopeless_;
 };
 
 double first_height(const LayerOptions& options) {

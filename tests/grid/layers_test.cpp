@@ -113,6 +113,20 @@ TEST_CASE("layers much thicker than the wing's cells have no negative volumes", 
     CHECK(q.scaled_jacobian->mean > 0.9);
 }
 
+TEST_CASE("a fold in the surface spoils the layers there only", "[grid]") {
+    mesh::Cage cage = test::grid(12, 12);
+    const geom::Vec3 row = cage.points.row(13 * 6 + 6), next = cage.points.row(13 * 6 + 7);
+    cage.points.row(13 * 6 + 6) = 5.0 * next - 4.0 * row;
+    const Plan plan = grid::make_plan(grid::make_layout(cage), {.cells = 48});
+    const std::int64_t folded = grid::measure_quality(grid::SurfaceGrid(plan)).folded;
+    const LayerGrid layers(plan, {.cells = 20, .growth = 1.2, .first_mm = 0.01});
+    const grid::GridQuality q = grid::measure_quality(layers);
+    CAPTURE(folded, q.negative, q.cells);
+    CHECK(folded > 0);
+    CHECK(q.negative > 0);
+    CHECK(q.negative < q.cells / 20);
+}
+
 TEST_CASE("layers of a flat grid have the heights asked for", "[grid][oracle]") {
     mesh::TopologyInput tags;
     tags.boundary_rule = mesh::BoundaryRule::EdgeAndCorner;
