@@ -31,6 +31,10 @@ constexpr double enough = 0.4;
 // A foot point that is farther from its normal than this is on a border or an edge: the residual
 // then counts in all directions.
 constexpr double slanted = 0.3;
+// A face that anywhere keeps less than this share of its area in the given cage is about to fold.
+constexpr double thin_share = 0.1;
+// What slides there then counts so much more than before, and at most so much in all.
+constexpr double stiffer = 10.0, stiffest = 1e4;
 // Weight of samples whose foot point is not to be believed.
 constexpr double least_trust = 0.1;
 
@@ -39,6 +43,7 @@ struct Projection {
     Points limit, target;
     SampleWeights weights;
     Distances distances;
+    Eigen::VectorXd areas;  ///< du x dv along the foot point's normal; none for curves
     bool of_curves = false;
 
     /// Of the distances, as `weights` count them.
@@ -67,6 +72,8 @@ class LevelFitter {
           surface_steps_(curve_steps_) {
         find_evenness();
         bending_.apply(points_, given_);
+        stiffened_.assign(bending_.site_rows().size() - 1, 1.0);
+        given_areas_ = surface_.normals(points_).rowwise().norm();
         Points samples;
         curve_.apply(points_, samples);
         match_ =
@@ -142,9 +149,11 @@ class LevelFitter {
         double damping = 1e-6;
         double sliding = 0.3;
         int idle = 0;
+        double least = now.energy(now.weights);
         for (int round = 0; round < rounds; ++round) {
             base::report_progress(options_.progress, "fit", double(round) / rounds);
-            if (now.distances.max < enough * options_.tolerance_mm) return;
+            const bool folding = stiffen_thin_faces(now);
+            if (now.distances.max < enough * options_.tolerance_mm && !folding) return;
             (now.of_curves ? now.weights.along : now.weights.across) = sliding;
             // Bending has fewer samples a face than the surface, and they count alike.
             const double share = double(samples.rows()) / double(bending_.rows());
@@ -166,7 +175,8 @@ class LevelFitter {
             const double was = now.energy(now.weights), is = next.energy(now.weights);
             const double before = was + energy(stiff, points_);
             const double after = is + energy(stiff, candidate);
-            if (!(after < before)) {
+            // Holding on to the given form must not drive the surface away.
+            if (!(after < before) || is > 2.0 * least) {
                 if (sliding < 1.0) {
                     sliding = 1.0;
                 } else {
@@ -176,12 +186,13 @@ class LevelFitter {
                 continue;
             }
             const bool little = is > little_gain * was;
+            least = std::min(least, is);
             points_ = candidate;
             now = std::move(next);
             damping = std::max(0.2 * damping, 1e-9);
             sliding = std::max(0.3 * sliding, least_sliding);
             // While it is lowered, bending may hold the distances back.
-            idle = little && fairness < 1e-5 ? idle + 1 : 0;
+            idle = little && !folding && fairness < 1e-5 ? idle + 1 : 0;
             if (idle == 2) return;
             fairness *= 0.2;
         }
@@ -221,6 +232,25 @@ class LevelFitter {
                         .cwiseMax(1e-300)
                         .cwiseInverse() *
                     std::pow(0.1 * options_.tolerance_mm, 2);
+    }
+
+    /// Holds faces that are about to fold closer to their given form. Whether there were any that
+    /// could be.
+    bool stiffen_thin_faces(const Projection& p) {
+        if (p.of_curves) return false;
+        bool any = false;
+        const auto &samples = surface_.site_rows(), &rows = bending_.site_rows();
+        for (std::size_t site = 0; site + 1 < rows.size(); ++site) {
+            bool thin = false;
+            for (auto i = samples[site]; i < samples[site + 1]; ++i) {
+                thin = thin || p.areas[i] < thin_share * given_areas_[i];
+            }
+            if (!thin || stiffened_[site] >= stiffest) continue;
+            stiffened_[site] *= stiffer;
+            evenness_.segment(rows[site], rows[site + 1] - rows[site]) *= stiffer;
+            any = true;
+        }
+        return any;
     }
 
     [[nodiscard]] Stiffness stiffness(double bending, double share) const {
@@ -294,6 +324,7 @@ class LevelFitter {
     [[nodiscard]] Projection project_surface(const Points& points, const Projection* last) const {
         Projection p = start(surface_, points);
         const Points normals = surface_.normals(points);
+        p.areas.resize(p.limit.rows());
         base::parallel_for(
             std::size_t(p.limit.rows()), 64, [&](std::size_t first, std::size_t end) {
                 for (auto i = Eigen::Index(first); i < Eigen::Index(end); ++i) {
@@ -301,6 +332,7 @@ class LevelFitter {
                     const geom::FootPoint foot =
                         foot_on_side(reference_, p.limit.row(i).transpose(), side);
                     p.target.row(i) = foot.point.transpose();
+                    p.areas[i] = normals.row(i).dot(foot.normal);
                     set_direction(p, i, foot.normal, true);
                     p.weights.weight[i] = trust(p, last, i, side ? foot.normal.dot(*side) : 1.0);
                 }
@@ -356,8 +388,10 @@ class LevelFitter {
     CurveSampling curves_;
     subd::LimitOperator surface_;
     subd::LimitOperator bending_, bent_places_;
-    Points given_;              // second derivatives of the cage that the level starts from
-    Eigen::VectorXd evenness_;  // of the rows of bending_
+    Points given_;                   // second derivatives of the cage that the level starts from
+    Eigen::VectorXd evenness_;       // of the rows of bending_
+    std::vector<double> stiffened_;  // by site: factors that evenness_ has got
+    Eigen::VectorXd given_areas_;    // of the samples of surface_
     subd::LimitOperator curve_;
     FeatureMatch match_;
     PointConstraints curve_steps_, surface_steps_;

@@ -35,6 +35,22 @@ void weigh_all(const SampleWeights& weights, Points& rows) {
     });
 }
 
+/// Of the weights of each site's rows.
+Eigen::VectorXd largest_squares(const subd::LimitOperator& samples, const SampleWeights& weights) {
+    const auto& rows = samples.site_rows();
+    Eigen::VectorXd squares(Eigen::Index(rows.size()) - 1);
+    for (std::size_t site = 0; site + 1 < rows.size(); ++site) {
+        double largest = std::max({weights.along, weights.across, weights.without});
+        if (weights.across_by_row.size() > 0) {
+            const auto across =
+                weights.across_by_row.segment(rows[site], rows[site + 1] - rows[site]);
+            largest = std::max({weights.along, weights.without, across.maxCoeff()});
+        }
+        squares[Eigen::Index(site)] = largest * largest;
+    }
+    return squares;
+}
+
 }  // namespace
 
 StepOperator::StepOperator(const subd::LimitOperator& samples, const SampleWeights& weights,
@@ -46,12 +62,8 @@ StepOperator::StepOperator(const subd::LimitOperator& samples, const SampleWeigh
       stiffness_(stiffness),
       root_damping_(std::sqrt(damping)),
       constraints_(constraints) {
-    double stiff = std::max({stiffness.along, stiffness.across, stiffness.without});
-    if (stiffness.across_by_row.size() > 0) {
-        stiff = std::max(stiff, stiffness.across_by_row.maxCoeff());
-    }
     const Eigen::VectorXd squares =
-        samples.column_squares() + stiff * stiff * bending.column_squares();
+        samples.column_squares() + bending.column_squares(largest_squares(bending, stiffness));
     scale_ = squares.replicate<1, 3>();
     constraints.gather(scale_);
     for (Eigen::Index v = 0; v < scale_.rows(); ++v) {

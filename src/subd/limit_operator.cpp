@@ -318,14 +318,15 @@ geom::Points LimitOperator::normals(const geom::Points& x) const {
     return du;
 }
 
-Eigen::VectorXd LimitOperator::column_squares() const {
+Eigen::VectorXd LimitOperator::column_squares(const Eigen::VectorXd& weights) const {
     Eigen::VectorXd sums = Eigen::VectorXd::Zero(columns_);
     for (const Chunk& chunk : chunks_) {
         for_runs(chunk, [&](const Template& t, std::size_t begin, std::size_t end,
                             const std::int32_t* vertices) {
             for (; begin < end; ++begin, vertices += t.position.slots()) {
+                const double weight = weights.size() > 0 ? weights[Eigen::Index(begin)] : 1.0;
                 for (int k = 0; k < t.position.slots(); ++k) {
-                    sums[vertices[k]] += t.position_squares[std::size_t(k)];
+                    sums[vertices[k]] += weight * t.position_squares[std::size_t(k)];
                 }
             }
         });

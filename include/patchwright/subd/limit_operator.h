@@ -69,8 +69,9 @@ class LimitOperator {
     /// @pre made with SampleRows::PointsAndTangents
     [[nodiscard]] geom::Points normals(const geom::Points& x) const;
 
-    /// Sums of the squares of each column: the diagonal of M^T M.
-    [[nodiscard]] Eigen::VectorXd column_squares() const;
+    /// Sums of the squares of each column: the diagonal of M^T M, or of M^T W M.
+    /// @param weights  W's diagonal, one number a site; empty: ones
+    [[nodiscard]] Eigen::VectorXd column_squares(const Eigen::VectorXd& weights = {}) const;
 
     [[nodiscard]] int template_count() const;
     /// Memory held, templates apart and in them.
