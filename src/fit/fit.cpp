@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 
 namespace patchwright::fit {
@@ -59,6 +60,18 @@ void fit_candidate(Candidate& c, const geom::ReferenceSurface& reference,
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+/// Whether the last levels have hardly come nearer than those before them: what is left then is not
+/// for want of control points.
+bool is_stuck(const std::vector<FitLevel>& levels) {
+    constexpr std::ptrdiff_t last = 3;
+    constexpr double hardly = 0.95;
+    if (static_cast<std::ptrdiff_t>(levels.size()) <= last) return false;
+    const auto nearer = [](const FitLevel& a, const FitLevel& b) { return a.max_mm < b.max_mm; };
+    const double before = std::min_element(levels.begin(), levels.end() - last, nearer)->max_mm;
+    const double after = std::min_element(levels.end() - last, levels.end(), nearer)->max_mm;
+    return after > hardly * before;
+}
+
 FitResult fit_facing(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
                      const FitOptions& options) {
     FitResult result;
@@ -75,7 +88,8 @@ FitResult fit_facing(const mesh::Cage& cage, const geom::ReferenceSurface& refer
         const bool retry = worse && now.level.local;
         if (!worse) kept = std::move(now);
         result.met = kept->largest() <= options.tolerance_mm;
-        const bool room = static_cast<int>(result.levels.size()) <= options.max_levels;
+        const bool room = static_cast<int>(result.levels.size()) <= options.max_levels &&
+                          !is_stuck(result.levels);
         std::optional<NextLevel> next;
         if (!result.met && room && (retry || !worse)) {
             next = refine_where_needed(kept->cage, kept->error, kept->history, options,

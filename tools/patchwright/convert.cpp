@@ -79,12 +79,15 @@ void take(Run& run, const Attempt& attempt) {
 }
 
 /// The same, and once more from the fitted cage with less tolerance where the fit took for met what
-/// is not when measured both ways.
+/// is just missed when measured both ways. What is missed by far, a fit does not cover at all.
 Attempt attempt(Run& run, const ConvertOptions& options, const mesh::Cage& cage,
-                const FitCommandOptions& fit, const occ::CadReference& reference) {
-    constexpr double tighter = 0.6;
+                FitCommandOptions fit, const occ::CadReference& reference) {
+    constexpr double tighter = 0.6, just = 1.5;
+    constexpr int more_levels = 3;
     Attempt first = attempt_once(run, options, cage, fit, reference, 1.0);
-    if (first.met() || !first.valid || !first.fit_met) return first;
+    const bool just_missed = first.deviation < just * first.tolerance;
+    if (first.met() || !first.valid || !first.fit_met || !just_missed) return first;
+    fit.max_levels = std::min(fit.max_levels, more_levels);
     Attempt second = attempt_once(run, options, first.fitted, fit, reference, tighter);
     report::FitFigures& figures = *run.report.fit;
     const auto& before = first.report.fit->levels;
