@@ -231,13 +231,13 @@ class LevelFitter {
         evenness_ = Eigen::Map<const Eigen::VectorXd>(rows.data(), Eigen::Index(rows.size()))
                         .cwiseMax(1e-300)
                         .cwiseInverse() *
-                    std::pow(0.1 * options_.tolerance_mm, 2);
+                    std::pow(options_.keeps_form ? 0.1 * options_.tolerance_mm : 0.0, 2);
     }
 
     /// Holds faces that are about to fold closer to their given form. Whether there were any that
     /// could be.
     bool stiffen_thin_faces(const Projection& p) {
-        if (p.of_curves) return false;
+        if (p.of_curves || !options_.keeps_form) return false;
         bool any = false;
         const auto &samples = surface_.site_rows(), &rows = bending_.site_rows();
         for (std::size_t site = 0; site + 1 < rows.size(); ++site) {

@@ -261,8 +261,10 @@ double relative_tolerance(const FitCommandOptions& options, const occ::CadRefere
     return base::parse_length(options.tolerance).in_millimetres(diagonal) / diagonal;
 }
 
-FitCommandOptions bounded(FitCommandOptions options) {
+FitCommandOptions for_made_cage(FitCommandOptions options, layout::Method method) {
     constexpr int most_levels = 2, most_vertices = 40000;
+    options.keeps_form = false;
+    if (method == layout::Method::Aligned) return options;
     options.max_levels = std::min(options.max_levels, most_levels);
     options.max_vertices = std::min(options.max_vertices, most_vertices);
     return options;
@@ -377,6 +379,7 @@ mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const occ::CadReference& r
          .refinement = options.refine == "local" ? fit::Refinement::Local : fit::Refinement::Global,
          .max_levels = options.max_levels,
          .max_vertices = options.max_vertices,
+         .keeps_form = options.keeps_form,
          .symmetry = symmetry_option(options.symmetry),
          .progress = run.progress()});
     if (result.faces_away) {

@@ -60,11 +60,13 @@ struct FitCommandOptions {
     std::string symmetry = "detect";
     int max_levels = 12;
     int max_vertices = 200000;  ///< of a fitted cage
+    bool keeps_form = true;     ///< see fit::FitOptions
 };
 
-/// For a cage that was made: such a cage is made anew where it is too coarse, instead of being
-/// refined again and again, which costs four times as much each time.
-FitCommandOptions bounded(FitCommandOptions options);
+/// For a cage that was made: its form is no model for the fitted one's, and a remeshed one is made
+/// anew where it is too coarse, instead of being refined again and again, which costs four times as
+/// much each time.
+FitCommandOptions for_made_cage(FitCommandOptions options, layout::Method method);
 
 void add_fit_options(CLI::App& command, FitCommandOptions& options);
 

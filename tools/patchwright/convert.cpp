@@ -163,9 +163,8 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
             run.notice(fmt::format("another cage would have {} faces: not tried", faces));
             break;
         }
-        const bool aligned = made.method == layout::Method::Aligned;
-        Attempt now = attempt(run, options, made.cage, aligned ? options.fit : bounded(options.fit),
-                              reference);
+        Attempt now =
+            attempt(run, options, made.cage, for_made_cage(options.fit, made.method), reference);
         const bool met = now.met();
         if (!met || number > 1)
             run.notice(fmt::format("cage {} of {} faces leaves {:.2g} of the diagonal", number,

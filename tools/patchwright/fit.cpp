@@ -26,7 +26,7 @@ int fit_only(const FitOnlyOptions& options) {
         const double tolerance = relative_tolerance(options.fit, reference);
         layout::CageResult made = make_cage(run, input, reference, options.layout, tolerance);
         cage = std::move(made.cage);
-        if (made.method == layout::Method::Remesh) fit = bounded(fit);
+        fit = for_made_cage(fit, made.method);
     }
     run.end_stage("layout");
     const mesh::Cage fitted = fit_cage(run, cage, reference, fit);

@@ -35,6 +35,9 @@ struct FitOptions {
     /// Factor of the bending energy in the first step of a level, >= 0; after every step that is
     /// taken it is a fifth of what it was.
     double fairness = 1e-2;
+    /// What slides within the surface is held to the given cage, most of all in faces that are
+    /// about to fold. Of use where somebody has thought about that cage's form.
+    bool keeps_form = true;
     /// A chain of crease or boundary edges belongs to the features of its kind when its mean
     /// distance from them is at most this fraction of the reference's diagonal, or a tenth of its
     /// own length; else it is fitted like the surface. Corners reach this far for corners of the
