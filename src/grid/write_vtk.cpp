@@ -1,6 +1,7 @@
 #include "grid/writer.h"
 
 #include <patchwright/base/error.h>
+#include <patchwright/base/markup.h>
 #include <patchwright/base/pending_file.h>
 
 #include <fmt/format.h>
@@ -16,20 +17,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* byte_order =
     std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian";
-
-std::string escaped(const std::string& name) {
-    std::string text;
-    for (const char c : name) {
-        switch (c) {
-            case '&': text += "&amp;"; break;
-            case '<': text += "&lt;"; break;
-            case '>': text += "&gt;"; break;
-            case '"': text += "&quot;"; break;
-            default: text += c;
-        }
-    }
-    return text;
-}
 
 /// A folder that goes again when nothing was put there.
 class BlockFolder {
@@ -112,9 +99,10 @@ class VtkWriter : public GridWriter {
             "byte_order=\"{}\" header_type=\"UInt64\">\n<vtkMultiBlockDataSet>\n",
             byte_order);
         for (int b = 0; b < grid_.block_count(); ++b) {
-            text += fmt::format("<DataSet index=\"{}\" name=\"{}\" file=\"{}/{}\"/>\n", b,
-                                escaped(grid_.plan().layout.blocks[std::size_t(b)].name),
-                                escaped(folder_.name()), escaped(folder_.file_name(b)));
+            text += fmt::format(
+                "<DataSet index=\"{}\" name=\"{}\" file=\"{}/{}\"/>\n", b,
+                base::escape_markup(grid_.plan().layout.blocks[std::size_t(b)].name),
+                base::escape_markup(folder_.name()), base::escape_markup(folder_.file_name(b)));
         }
         text += "</vtkMultiBlockDataSet>\n</VTKFile>\n";
         OutputStream stream(index_.path(), file_);

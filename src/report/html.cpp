@@ -1,5 +1,6 @@
 #include "report/figures.h"
 
+#include <patchwright/base/markup.h>
 #include <patchwright/base/version.h>
 
 #include <fmt/format.h>
@@ -7,20 +8,6 @@
 namespace patchwright::report {
 
 namespace {
-
-std::string escaped(std::string_view text) {
-    std::string result;
-    for (const char c : text) {
-        switch (c) {
-            case '&': result += "&amp;"; break;
-            case '<': result += "&lt;"; break;
-            case '>': result += "&gt;"; break;
-            case '"': result += "&quot;"; break;
-            default: result += c;
-        }
-    }
-    return result;
-}
 
 constexpr std::string_view style =
     "body{font:15px/1.5 sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#222}"
@@ -36,17 +23,17 @@ std::string to_html(const RunReport& report) {
         "report</title><style>{}</style></head>\n<body><h1>patchwright {}</h1>\n",
         style, base::version());
     for (const Section& section : sections(report)) {
-        page += fmt::format("<h2>{}</h2>\n<table>\n", escaped(section.title));
+        page += fmt::format("<h2>{}</h2>\n<table>\n", base::escape_markup(section.title));
         for (const auto& [label, value] : section.rows) {
-            page +=
-                fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", escaped(label), escaped(value));
+            page += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", base::escape_markup(label),
+                                base::escape_markup(value));
         }
         page += "</table>\n";
     }
     if (!report.notices.empty()) {
         page += "<h2>Notices</h2>\n<ul>\n";
         for (const std::string& notice : report.notices) {
-            page += fmt::format("<li>{}</li>\n", escaped(notice));
+            page += fmt::format("<li>{}</li>\n", base::escape_markup(notice));
         }
         page += "</ul>\n";
     }
