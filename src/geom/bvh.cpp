@@ -203,10 +203,23 @@ Bvh::Bvh(const std::vector<Box3>& boxes, int leaf_size) {
     widen(binary);
 }
 
-std::vector<std::int32_t> Bvh::sort_items() {
-    std::vector<std::int32_t> order(items_.size());
-    std::iota(order.begin(), order.end(), 0);
-    std::swap(order, items_);
+std::vector<std::int32_t> Bvh::sort_items(int alignment) {
+    if (alignment < 1)
+        throw base::InvalidArgument(fmt::format("alignment is {}, must be at least 1", alignment));
+    std::vector<std::int32_t> order;
+    order.reserve(items_.size());
+    for (Node& node : nodes_) {
+        for (std::size_t child = 0; child < width; ++child) {
+            if (node.count[child] <= 0) continue;
+            const auto first = items_.begin() + node.first[child];
+            while (order.size() % std::size_t(alignment) != 0) order.push_back(-1);
+            node.first[child] = std::int32_t(order.size());
+            order.insert(order.end(), first, first + node.count[child]);
+        }
+    }
+    while (order.size() % std::size_t(alignment) != 0) order.push_back(-1);
+    items_.resize(order.size());
+    std::iota(items_.begin(), items_.end(), 0);
     return order;
 }
 

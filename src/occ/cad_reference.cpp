@@ -10,7 +10,9 @@
 #include <BRepBndLib.hxx>
 #include <Bnd_Box.hxx>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numeric>
 
@@ -123,6 +125,28 @@ geom::FootPoint nearest(const SearchModel& model, const Vec3& query,
                 : nearest_point(model, query, bound);
 }
 
+// The queries' numbers in Z order (Morton 1966), neighbours mostly one after the other: what the
+// last query has found bounds the next one's search, and the cache still holds it.
+std::vector<std::size_t> in_z_order(const geom::Points& queries) {
+    constexpr int bits = 10;
+    const geom::Box3 box = geom::bounding_box(queries);
+    const double extent = queries.rows() > 0 ? (box.max - box.min).maxCoeff() : 0.0;
+    const double cells = extent > 0.0 ? ((1 << bits) - 1) / extent : 0.0;
+    std::vector<std::pair<std::uint32_t, std::size_t>> keys(std::size_t(queries.rows()));
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+        std::uint32_t key = 0;
+        for (int k = 0; k < 3; ++k) {
+            const auto cell = std::uint32_t((queries(Eigen::Index(i), k) - box.min[k]) * cells);
+            for (int b = 0; b < bits; ++b) key |= (cell >> b & 1u) << (3 * b + k);
+        }
+        keys[i] = {key, i};
+    }
+    std::sort(keys.begin(), keys.end());
+    std::vector<std::size_t> order(keys.size());
+    std::transform(keys.begin(), keys.end(), order.begin(), [](const auto& k) { return k.second; });
+    return order;
+}
+
 }  // namespace
 
 CadReference::CadReference(const CadModel& model, const ReferenceOptions& options)
@@ -162,18 +186,19 @@ std::vector<geom::FootPoint> CadReference::foot_points(const geom::Points& queri
             "foot_points: sides must be none or one a query");
     require(queries.allFinite(), "foot_points: a query is not finite");
     std::vector<geom::FootPoint> result(std::size_t(queries.rows()));
+    const std::vector<std::size_t> order = in_z_order(queries);
     constexpr std::size_t grain = 256;
     base::parallel_for(result.size(), grain, [&](std::size_t begin, std::size_t end) {
         guard_kernel<base::InputError>("foot points", [&] {
             double bound = std::numeric_limits<double>::infinity();
             for (std::size_t i = begin; i < end; ++i) {
-                const auto row = Eigen::Index(i);
+                const auto row = Eigen::Index(order[i]);
                 const Vec3 query = queries.row(row).transpose();
                 std::optional<Vec3> side;
                 if (sides.rows() > 0 && !sides.row(row).isZero(0.0))
                     side = sides.row(row).transpose();
-                if (i > begin) bound = (result[i - 1].point - query).norm();
-                result[i] = nearest(impl_->search, query, side, bound);
+                if (i > begin) bound = (result[order[i - 1]].point - query).norm();
+                result[order[i]] = nearest(impl_->search, query, side, bound);
             }
         });
     });

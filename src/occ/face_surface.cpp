@@ -21,6 +21,7 @@ Vec2 box_minimum(const Eigen::Matrix2d& h, const Vec2& g, const Vec2& low, const
     const double determinant = h(0, 0) * h(1, 1) - h(0, 1) * h(1, 0);
     const Vec2 free((h(0, 1) * g[1] - h(1, 1) * g[0]) / determinant,
                     (h(1, 0) * g[0] - h(0, 0) * g[1]) / determinant);
+    if ((free.array() >= low.array()).all() && (free.array() <= high.array()).all()) return free;
     Vec2 best = free;
     double best_value = std::numeric_limits<double>::infinity();
     for (Eigen::Index i = 0; i < 2; ++i) {
@@ -116,8 +117,9 @@ std::optional<FaceSurface::Curvature> FaceSurface::curvature(const Vec2& uv) con
     return Curvature{{mean - spread, mean + spread}, {n.cross(most), most}};
 }
 
-Vec3 FaceSurface::normal(const Vec2& uv) const {
-    const Derivatives d = derivatives(uv);
+Vec3 FaceSurface::normal(const Vec2& uv) const { return normal_of(derivatives(uv), uv); }
+
+Vec3 FaceSurface::normal_of(const Derivatives& d, const Vec2& uv) const {
     const Vec3 &du = d.u, &dv = d.v;
     const Vec2 range = high_ - low_;
     const bool flat_u = du.norm() * range[0] < 1e-9 * size_;
@@ -183,8 +185,8 @@ FaceSurface::Rectangle FaceSurface::cell_of(const Vec2& uv) const {
     return cell;
 }
 
-FaceSurface::Step FaceSurface::step(const Derivatives& d, const Vec3& r, const Vec2& uv,
-                                    const Rectangle& cell) const {
+[[gnu::flatten]] FaceSurface::Step FaceSurface::step(const Derivatives& d, const Vec3& r,
+                                                     const Vec2& uv, const Rectangle& cell) const {
     const Vec2 g(r.dot(d.u), r.dot(d.v));
     const double e = d.u.squaredNorm(), f = d.u.dot(d.v), h = d.v.squaredNorm();
     double a = e + r.dot(d.uu), b = f + r.dot(d.uv), c = h + r.dot(d.vv);
@@ -203,10 +205,11 @@ FaceSurface::Foot FaceSurface::descend_in(const Rectangle& cell, const Vec3& que
                                           const Start& start,
                                           const std::vector<Vec2>& known) const {
     constexpr int max_steps = 50, max_halvings = 12;
-    const double final_step = 1e-8 * size_;
+    const double final_step = 1e-8 * size_, negligible = 1e-12 * size_;
     Vec2 uv = start.uv.cwiseMax(cell.low).cwiseMin(cell.high);
     Derivatives d = derivatives(uv);
     Vec3 r = d.p - query;
+    double last_length = 0.0;  // of a whole step of Newton's, else 0
     for (int i = 0; i < max_steps; ++i) {
         const Step s = step(d, r, uv, cell);
         const double length = (d.u * s.delta[0] + d.v * s.delta[1]).norm();
@@ -217,24 +220,34 @@ FaceSurface::Foot FaceSurface::descend_in(const Rectangle& cell, const Vec3& que
             const double then = (d.u * to[0] + d.v * to[1]).norm();
             if (s.newton && length < 4.0 * start.stride &&
                 (then < 0.2 * now || now < 1e-6 * size_) && cell == cell_of(foot))
-                return {foot, d.p, r.norm(), {0, 0}, true};
+                return {foot, d.p, Vec3::Zero(), r.norm(), {0, 0}, true};
         }
         // Newton's own step is trusted somewhat farther than that of Gauss and Newton.
         const double farthest = s.newton ? 2.0 * start.stride : start.stride;
         double fraction = std::min(1.0, farthest / length);
         const double before = r.squaredNorm();
-        Derivatives next;
-        for (int k = 0; k < max_halvings; ++k, fraction *= 0.5) {
+        // Newton's last step gains less than rounding shows.
+        const bool last = s.newton && length < final_step;
+        const auto is_better = [&](const Derivatives& at) {
+            return last || (at.p - query).squaredNorm() <= before;
+        };
+        Derivatives next = derivatives(uv + fraction * s.delta);
+        for (int k = 1; k < max_halvings && !is_better(next); ++k) {
+            fraction *= 0.5;
             next = derivatives(uv + fraction * s.delta);
-            if ((next.p - query).squaredNorm() <= before) break;
         }
-        if ((next.p - query).squaredNorm() > before) break;
+        if (!is_better(next)) break;
         uv += fraction * s.delta;
         d = next;
         r = d.p - query;
-        if (s.newton && length < final_step && fraction == 1.0) break;
+        const bool whole = s.newton && fraction == 1.0;
+        // Steps shrink with their square: what the next one would be follows from the last two.
+        if (whole && (length < final_step ||
+                      length * length * length < negligible * last_length * last_length))
+            break;
+        last_length = whole ? length : 0.0;
     }
-    Foot foot{uv, d.p, r.norm(), {0, 0}, false};
+    Foot foot{uv, d.p, normal_of(d, uv), r.norm(), {0, 0}, false};
     for (std::size_t i = 0; i < 2; ++i) {
         const auto k = Eigen::Index(i);
         const double near = 1e-10 * (high_[k] - low_[k]);
@@ -260,7 +273,9 @@ std::optional<FaceSurface::Foot> FaceSurface::closed_form_foot(
     for (const Vec2& other : known)
         foot.merged |= ((other - *uv).cwiseAbs().array() <= 1e-9 * range.array()).all();
     if (foot.merged) return foot;
-    foot.point = at(*uv);
+    const Derivatives d = derivatives(*uv);
+    foot.point = d.p;
+    foot.normal = normal_of(d, *uv);
     foot.distance = (foot.point - query).norm();
     return foot;
 }

@@ -23,6 +23,7 @@ class FaceSurface {
     struct Foot {
         Vec2 uv = Vec2::Zero();
         geom::Vec3 point = geom::Vec3::Zero();
+        geom::Vec3 normal = geom::Vec3::Zero();  ///< as `normal(uv)`; none where merged
         double distance = 0.0;
         /// Where the descent was held by the rectangle (u, v): -1 low end, 1 high end, 0 neither.
         std::array<int, 2> held{0, 0};
@@ -105,6 +106,7 @@ class FaceSurface {
     }
     [[nodiscard]] std::optional<Foot> closed_form_foot(const geom::Vec3& query,
                                                        const std::vector<Vec2>& known) const;
+    [[nodiscard]] geom::Vec3 normal_of(const Derivatives& d, const Vec2& uv) const;
     [[nodiscard]] geom::Vec3 limit_normal(const Vec2& uv, bool flat_u, bool flat_v) const;
     [[nodiscard]] Rectangle cell_of(const Vec2& uv) const;
     [[nodiscard]] Step step(const Derivatives& d, const geom::Vec3& r, const Vec2& uv,

@@ -22,8 +22,35 @@ constexpr double convex_share = 0.7;
 
 struct Candidate {
     double lower;  ///< the triangle's part of the face is no nearer
-    int triangle;
-    Vec3 weights;  ///< of its nearest point
+    int slot;
+    double distance, height;  ///< of the triangle; the latter with a sign
+};
+
+// A leaf's triangles: bounds for the distance of their parts of the faces.
+struct Seeds {
+    const Seed* seeds;
+    int slot, count;
+    const geom::TriangleTree::Near& near;
+    const geom::TriangleTree& tree;
+
+    [[nodiscard]] double distance(int i) const { return double(near.distance[std::size_t(i)]); }
+    [[nodiscard]] double height(int i) const { return double(near.height[std::size_t(i)]); }
+    // How far the face may be from the triangle, and what is measured from what is true.
+    [[nodiscard]] double off(int i) const {
+        return double(seeds[i].error) + tree.slack(distance(i));
+    }
+    [[nodiscard]] double lower(int i) const { return distance(i) - off(i); }
+    [[nodiscard]] double upper(int i) const {
+        return distance(i) + off(i) + double(seeds[i].overhang);
+    }
+    // Whether the query can lie on a normal of the triangle's part of the surface.
+    [[nodiscard]] bool may_hold_foot(int i) const {
+        return double(near.aside[std::size_t(i)]) - off(i) <=
+               double(seeds[i].spread) * (std::abs(height(i)) + off(i));
+    }
+    [[nodiscard]] Candidate candidate(int i) const {
+        return {lower(i), slot + i, distance(i), height(i)};
+    }
 };
 
 struct SurfaceFoot {
@@ -108,52 +135,66 @@ class Search {
     // Triangles that may hold the nearest point, and a bound for its distance.
     double collect_candidates() {
         s_.candidates.clear();
-        const double bound =
-            model_.mesh.tree.nearest(query_, first_bound_, [&](int item, double limit) {
-                const SeedTriangle& t = model_.mesh.seeds[std::size_t(item)];
-                const double height = height_over(t);
-                if (std::abs(height) - t.error > limit) return limit;
-                const TrianglePoint p = nearest_on(t, query_);
-                if (p.distance - t.error > limit) return limit;
-                if (all_triangles_ || may_hold_foot(t, p.distance, height))
-                    s_.candidates.push_back({p.distance - t.error, t.number, p.weights});
-                return std::min(limit, p.distance + t.error + t.overhang);
-            });
+        const double bound = visit_seeds(first_bound_, [&](const Seeds& found, double limit) {
+            for (int i = 0; i < found.count; ++i) limit = std::min(limit, found.upper(i));
+            for (int i = 0; i < found.count; ++i) {
+                const double lower = found.lower(i);
+                if (lower <= limit && (all_triangles_ || found.may_hold_foot(i)))
+                    s_.candidates.push_back(found.candidate(i));
+            }
+            return limit;
+        });
         std::erase_if(s_.candidates, [&](const Candidate& c) { return c.lower > bound; });
         std::sort(s_.candidates.begin(), s_.candidates.end(),
                   [](const Candidate& a, const Candidate& b) {
-                      return std::pair(a.lower, a.triangle) < std::pair(b.lower, b.triangle);
+                      return std::pair(a.lower, a.slot) < std::pair(b.lower, b.slot);
                   });
         return bound;
+    }
+
+    template <class Visit>
+    double visit_seeds(double bound, Visit&& visit) const {
+        const auto& tree = model_.mesh.tree;
+        return tree.nearest(query_, bound,
+                            [&](int slot, int count, const auto& near, double limit) {
+                                const Seed* seeds = &model_.mesh.seeds[std::size_t(slot)];
+                                return visit(Seeds{seeds, slot, count, near, tree}, limit);
+                            });
     }
 
     // Descends from a triangle's nearest point and calls `found` with each new local minimum. Where
     // the surface curves more than a sphere around the query, one triangle may hold several.
     template <class Found>
-    void descend(const MeshTriangle& t, const Vec3& nearest, double distance, Found&& found) {
-        const double height = height_over(t);
-        const double bend = std::abs(height) <= t.error ? std::max(t.bend_out, t.bend_in)
-                            : height > 0.0              ? t.bend_out
-                                                        : t.bend_in;
-        const auto at = [&](const Vec3& w) {
-            return Vec2(w[0] * t.uv[0] + w[1] * t.uv[1] + w[2] * t.uv[2]);
-        };
-        const Vec2 start = at(nearest);
+    void descend(const Candidate& c, Found&& found) {
+        const SeedStart& t = model_.mesh.starts[std::size_t(c.slot)];
+        const Vec2 start = start_of(c);
         descend_from(t, start, found);
-        if (distance * bend < convex_share) return;
+        const double above = double(t.bend[0]), below = double(t.bend[1]);
+        const double bend = std::abs(c.height) <= c.distance - c.lower ? std::max(above, below)
+                            : c.height > 0.0                           ? above
+                                                                       : below;
+        if (c.distance * bend < convex_share) return;
         constexpr double third = 1.0 / 3.0, far = 2.0 / 3.0, near = 1.0 / 6.0;
         for (const Vec3& w : {Vec3(third, third, third), Vec3(far, near, near),
                               Vec3(near, far, near), Vec3(near, near, far)})
-            descend_from(t, at(w), found);
+            descend_from(t, at(t, w), found);
         descend_in_spans(t, start, found);
+    }
+
+    static Vec2 at(const SeedStart& t, const Vec3& w) {
+        return w[0] * t.uv[0] + w[1] * t.uv[1] + w[2] * t.uv[2];
+    }
+    [[nodiscard]] Vec2 start_of(const Candidate& c) const {
+        return at(model_.mesh.starts[std::size_t(c.slot)],
+                  model_.mesh.tree.weights_near(c.slot, query_));
     }
 
     // Spans much shorter than the triangle are missed by evenly spread starts: from the triangle's
     // nearest point go to the nearest end, the middle and the far end of each.
     template <class Found>
-    void descend_in_spans(const MeshTriangle& t, const Vec2& start, Found&& found) {
+    void descend_in_spans(const SeedStart& t, const Vec2& start, Found&& found) {
         constexpr double short_share = 0.25;
-        const FaceSurface::Rectangle box = box_of(t);
+        const FaceSurface::Rectangle box = box_of(t.uv);
         const Vec2 size = box.high - box.low;
         surface(t.face).each_span(box, [&](const FaceSurface::Rectangle& span) {
             const Vec2 extent = span.high - span.low;
@@ -167,11 +208,11 @@ class Search {
     }
 
     template <class Found>
-    void descend_from(const MeshTriangle& t, const Vec2& uv, Found&& found) {
+    void descend_from(const SeedStart& t, const Vec2& uv, Found&& found) {
         s_.known.clear();
         for (const SurfaceFoot& f : s_.feet)
             if (f.face == t.face && s_.known.size() < max_known_feet) s_.known.push_back(f.foot.uv);
-        const auto foot = surface(t.face).descend(query_, {uv, t.stride}, s_.known);
+        const auto foot = surface(t.face).descend(query_, {uv, double(t.stride)}, s_.known);
         if (foot.merged) return;
         s_.feet.push_back({t.face, foot});
         found(s_.feet.back());
@@ -207,8 +248,7 @@ class Search {
         Nearest nearest;
         for (const Candidate& c : s_.candidates) {
             if (c.lower > nearest.distance) break;
-            const MeshTriangle& t = model_.mesh.triangles[std::size_t(c.triangle)];
-            descend(t, c.weights, c.lower + t.error, [&](const SurfaceFoot& f) {
+            descend(c, [&](const SurfaceFoot& f) {
                 if (f.foot.distance < nearest.distance && surface(f.face).contains(f.foot.uv))
                     nearest = {f, f.foot.point, f.foot.distance};
             });
@@ -228,12 +268,13 @@ class Search {
         if (nearest.distance < infinity || s_.candidates.empty()) return;
         // A face without any edge and no foot in its trim: the triangulation is all there is.
         const Candidate& c = s_.candidates.front();
-        const MeshTriangle& t = model_.mesh.triangles[std::size_t(c.triangle)];
+        const int face = model_.mesh.starts[std::size_t(c.slot)].face;
         FaceSurface::Foot foot;
-        foot.uv = c.weights[0] * t.uv[0] + c.weights[1] * t.uv[1] + c.weights[2] * t.uv[2];
-        foot.point = surface(t.face).at(foot.uv);
+        foot.uv = start_of(c);
+        foot.point = surface(face).at(foot.uv);
+        foot.normal = surface(face).normal(foot.uv);
         foot.distance = (foot.point - query_).norm();
-        nearest = {SurfaceFoot{t.face, foot}, foot.point, foot.distance};
+        nearest = {SurfaceFoot{face, foot}, foot.point, foot.distance};
     }
 
     void collect_hits(double bound) {
@@ -249,8 +290,8 @@ class Search {
         s_.beside.clear();
         if (nearest.on_face) {
             const int face = nearest.on_face->face;
-            const Vec2& uv = nearest.on_face->foot.uv;
-            s_.beside.push_back({face, surface(face).normal(uv), uv});
+            const FaceSurface::Foot& foot = nearest.on_face->foot;
+            s_.beside.push_back({face, foot.normal, foot.uv});
         }
         for (const CurveHit& hit : s_.hits) {
             const ModelEdge& edge = model_.network.edges[std::size_t(hit.edge)];
@@ -289,20 +330,17 @@ class Search {
             // A foot held by the end of its face is no local minimum; sharp ends have their turn.
             if (f.foot.distance > reach || f.foot.held[0] != 0 || f.foot.held[1] != 0) return;
             if (!surface(f.face).contains(f.foot.uv)) return;
-            const Vec3 normal = surface(f.face).normal(f.foot.uv);
-            if (!(normal.dot(side) > 0.0)) return;
+            if (!(f.foot.normal.dot(side) > 0.0)) return;
             reach = f.foot.distance;
-            best = FootPoint{f.foot.point, normal, f.foot.distance, f.face, f.foot.uv};
+            best = FootPoint{f.foot.point, f.foot.normal, f.foot.distance, f.face, f.foot.uv};
         };
         for (const SurfaceFoot& f : s_.feet) offer(f);
-        model_.mesh.tree.nearest(query_, reach, [&](int item, double) {
-            const SeedTriangle& t = model_.mesh.seeds[std::size_t(item)];
-            if (!may_face(t, side)) return reach;
-            const double height = height_over(t);
-            if (std::abs(height) - t.error > reach) return reach;
-            const TrianglePoint p = nearest_on(t, query_);
-            if (p.distance - t.error > reach || !may_hold_foot(t, p.distance, height)) return reach;
-            descend(model_.mesh.triangles[std::size_t(t.number)], p.weights, p.distance, offer);
+        visit_seeds(reach, [&](const Seeds& near, double) {
+            for (int i = 0; i < near.count; ++i) {
+                if (near.lower(i) > reach || !near.may_hold_foot(i)) continue;
+                const auto& t = model_.mesh.triangles[std::size_t(near.seeds[i].triangle)];
+                if (may_face(t, side)) descend(near.candidate(i), offer);
+            }
             return reach;
         });
         const auto visit = [&](const CurveHit& hit, double limit) {
@@ -322,19 +360,9 @@ class Search {
         return best;
     }
 
-    [[nodiscard]] double height_over(const SeedTriangle& t) const {
-        return (query_ - t.corner[0]).dot(t.normal);
-    }
-
-    // Whether the query can lie on a normal of the triangle's part of the surface.
-    [[nodiscard]] static bool may_hold_foot(const SeedTriangle& t, double distance, double height) {
-        const double aside = std::sqrt(std::max(0.0, distance * distance - height * height));
-        return aside - t.error <= t.spread * (std::abs(height) + t.error);
-    }
-
     // Whether a normal of the triangle's part of the surface can have a positive product with
     // `side`.
-    [[nodiscard]] static bool may_face(const SeedTriangle& t, const Vec3& side) {
+    [[nodiscard]] static bool may_face(const MeshTriangle& t, const Vec3& side) {
         const double along = t.normal.dot(side);
         if (along > 0.0 || std::isinf(t.spread)) return true;
         // tan(90 degrees - angle to the plane of normals that look aside)

@@ -176,7 +176,7 @@ void measure(MeshTriangle& triangle, const FaceSurface& surface, double size) {
         }
     }
     // Short spans, which the triangulation leaps over, may be all but kinks.
-    surface.each_span(box_of(triangle), [&](const FaceSurface::Rectangle& span) {
+    surface.each_span(box_of(triangle.uv), [&](const FaceSurface::Rectangle& span) {
         for (const double x : {0.03, 0.5, 0.97}) {
             for (const double y : {0.03, 0.5, 0.97}) {
                 const Vec2 share(x, y);
@@ -197,12 +197,11 @@ void measure(MeshTriangle& triangle, const FaceSurface& surface, double size) {
 
 }  // namespace
 
-FaceSurface::Rectangle box_of(const MeshTriangle& t) {
-    return {t.uv[0].cwiseMin(t.uv[1]).cwiseMin(t.uv[2]),
-            t.uv[0].cwiseMax(t.uv[1]).cwiseMax(t.uv[2])};
+FaceSurface::Rectangle box_of(const std::array<Vec2, 3>& uv) {
+    return {uv[0].cwiseMin(uv[1]).cwiseMin(uv[2]), uv[0].cwiseMax(uv[1]).cwiseMax(uv[2])};
 }
 
-TrianglePoint nearest_on(const SeedTriangle& triangle, const Vec3& query) {
+TrianglePoint nearest_on(const MeshTriangle& triangle, const Vec3& query) {
     // Voronoi regions of the corners, then of the sides, then the plane (Ericson, Real-time
     // collision detection, 2004, 5.1.5).
     const auto& [a, b, c] = triangle.corner;
@@ -280,22 +279,33 @@ ReferenceMesh triangulate(const SearchableShape& model, const std::vector<FaceSu
     geom::Box3 bounds;
     for (const MeshTriangle& t : mesh.triangles)
         for (const Vec3& p : t.corner) bounds.add(p);
-    std::vector<geom::Box3> boxes(mesh.triangles.size());
-    base::parallel_for(boxes.size(), 512, [&](std::size_t begin, std::size_t end) {
+    std::vector<geom::TriangleTree::Corners> corners(mesh.triangles.size());
+    std::vector<double> errors(mesh.triangles.size());
+    base::parallel_for(corners.size(), 512, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             MeshTriangle& t = mesh.triangles[i];
             measure(t, surfaces[std::size_t(t.face)], bounds.diagonal());
-            for (const Vec3& p : t.corner) boxes[i].add(p);
-            boxes[i].min.array() -= t.error;
-            boxes[i].max.array() += t.error;
+            corners[i] = t.corner;
+            errors[i] = t.error;
         }
     });
-    constexpr int leaf_size = 2;
-    mesh.tree = geom::Bvh(boxes, leaf_size);
-    mesh.seeds.reserve(boxes.size());
-    for (const std::int32_t number : mesh.tree.sort_items()) {
-        mesh.seeds.push_back(mesh.triangles[std::size_t(number)]);
-        mesh.seeds.back().number = number;
+    mesh.tree = geom::TriangleTree(corners, errors);
+    const auto up = [](double x) {
+        return std::nextafter(float(x), std::numeric_limits<float>::infinity());
+    };
+    for (const std::int32_t number : mesh.tree.numbers()) {
+        mesh.seeds.emplace_back();
+        mesh.starts.emplace_back();
+        if (number < 0) continue;
+        const MeshTriangle& t = mesh.triangles[std::size_t(number)];
+        mesh.seeds.back() = {up(t.error), up(t.overhang), up(t.spread), number};
+        const auto& [a, b, c] = t.corner;
+        const bool left_is_out = (b - a).cross(c - a).dot(t.normal) > 0.0;
+        mesh.starts.back() = {
+            t.uv,
+            {up(left_is_out ? t.bend_out : t.bend_in), up(left_is_out ? t.bend_in : t.bend_out)},
+            float(t.stride),
+            t.face};
     }
     return mesh;
 }

@@ -3,19 +3,20 @@
 
 #include "face_surface.h"
 
-#include <patchwright/geom/bvh.h>
+#include <patchwright/geom/triangle_tree.h>
 
 #include <TopoDS_Face.hxx>
 #include <TopoDS_Shape.hxx>
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 namespace patchwright::occ {
 
-/// What a search asks of every triangle it passes.
-struct SeedTriangle {
+struct MeshTriangle {
     std::array<geom::Vec3, 3> corner;
+    std::array<Vec2, 3> uv;
     geom::Vec3 normal;   ///< unit, outward; zero when the triangle has no area
     double error = 0.0;  ///< largest distance between the triangle and its part of the face
     /// The face's trim may leave out parts of the triangle, but none farther than this from its
@@ -25,11 +26,6 @@ struct SeedTriangle {
     /// face; infinity where that part has a point without a normal, and beside edges that lie off
     /// the face, as its end may be nearer than they are.
     double spread = 0.0;
-    int number = -1;  ///< among the triangles of the mesh
-};
-
-struct MeshTriangle : SeedTriangle {
-    std::array<Vec2, 3> uv;
     /// Largest curvature of the face's part towards the outward normal and away from it, as
     /// sampled; 1/mm, at least 0.
     double bend_out = 0.0, bend_in = 0.0;
@@ -39,6 +35,21 @@ struct MeshTriangle : SeedTriangle {
     int face = -1;
 };
 
+/// What a search asks of every triangle it passes: the same, rounded up to single precision.
+struct Seed {
+    float error = 0.0f, overhang = 0.0f, spread = 0.0f;
+    std::int32_t triangle = -1;
+};
+
+/// What a descent from a triangle needs: one line of the cache.
+struct alignas(64) SeedStart {
+    std::array<Vec2, 3> uv;
+    /// Largest curvature towards where the triangle's corners turn left, and away from there.
+    std::array<float, 2> bend;
+    float stride;
+    std::int32_t face;
+};
+
 /// Nearest point of a triangle in barycentric weights.
 struct TrianglePoint {
     Eigen::Vector3d weights;
@@ -46,15 +57,16 @@ struct TrianglePoint {
 };
 
 /// The rectangle around a triangle in (u, v).
-FaceSurface::Rectangle box_of(const MeshTriangle& triangle);
+FaceSurface::Rectangle box_of(const std::array<Vec2, 3>& uv);
 
-TrianglePoint nearest_on(const SeedTriangle& triangle, const geom::Vec3& query);
+TrianglePoint nearest_on(const MeshTriangle& triangle, const geom::Vec3& query);
 
 struct ReferenceMesh {
     std::vector<MeshTriangle> triangles;  ///< face by face
     std::vector<std::size_t> first;       ///< of each face's triangles, and one past the last
-    geom::Bvh tree;                       ///< over the boxes of `seeds` grown by their errors
-    std::vector<SeedTriangle> seeds;      ///< the triangles again, in the tree's order
+    geom::TriangleTree tree;              ///< boxes grown by the triangles' errors
+    std::vector<Seed> seeds;              ///< by the tree's slots
+    std::vector<SeedStart> starts;        ///< the same
     int faces_without = 0;                ///< faces the kernel could not triangulate; given a grid
 };
 

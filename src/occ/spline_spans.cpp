@@ -66,7 +66,7 @@ class Axis {
         double x;      ///< -1 to 1 within the span
         double scale;  ///< dx / dt
     };
-    [[nodiscard]] Place find(double t) const {
+    [[nodiscard, gnu::always_inline]] Place find(double t) const {
         if (period_ > 0.0) t -= std::floor((t - breaks_.front()) / period_) * period_;
         const double bucket = (t - breaks_.front()) * buckets_per_unit_;
         const auto last = double(first_.size() - 1);
@@ -82,25 +82,26 @@ class Axis {
     std::vector<int> first_;
 };
 
-/// @tparam q  degree in v, or -1: as given at run time
-template <int q, bool rational>
+/// @tparam p, q  degrees in u and v, or -1: as given at run time
+template <int p, int q, bool rational>
 class SplineSpans final : public SurfaceEvaluator {
   public:
     SplineSpans(Axis u, Axis v, int degree_u, int degree_v, std::vector<Vec4> coefficients)
         : u_(std::move(u)),
           v_(std::move(v)),
-          p_(degree_u),
-          q_(degree_v),
+          degree_u_(degree_u),
+          degree_v_(degree_v),
           coefficients_(std::move(coefficients)) {}
 
-    SurfaceDerivatives derivatives(const Vec2& uv) const override {
+    // Flattened, as the compiler would leave Eigen's small products as calls.
+    [[gnu::flatten]] SurfaceDerivatives derivatives(const Vec2& uv) const override {
         const Axis::Place a = u_.find(uv[0]), b = v_.find(uv[1]);
-        const int columns = (q < 0 ? q_ : q) + 1;
-        const Vec4* row = span(a, b) + p_ * columns;
+        const int last_row = degree_u(), columns = degree_v() + 1;
+        const Vec4* row = span(a, b) + last_row * columns;
         Vec4 s = Vec4::Zero(), su = Vec4::Zero(), suu = Vec4::Zero(), sv = Vec4::Zero(),
              suv = Vec4::Zero(), svv = Vec4::Zero();
         // Horner's rule in both parameters; second derivatives come out halved.
-        for (int i = p_; i >= 0; --i, row -= columns) {
+        for (int i = last_row; i >= 0; --i, row -= columns) {
             Vec4 c = row[columns - 1], cv = Vec4::Zero(), cvv = Vec4::Zero();
             for (int j = columns - 2; j >= 0; --j) {
                 cvv = cvv * b.x + cv;
@@ -136,10 +137,10 @@ class SplineSpans final : public SurfaceEvaluator {
 
     Vec3 at(const Vec2& uv) const override {
         const Axis::Place a = u_.find(uv[0]), b = v_.find(uv[1]);
-        const int columns = (q < 0 ? q_ : q) + 1;
-        const Vec4* row = span(a, b) + p_ * columns;
+        const int last_row = degree_u(), columns = degree_v() + 1;
+        const Vec4* row = span(a, b) + last_row * columns;
         Vec4 s = Vec4::Zero();
-        for (int i = p_; i >= 0; --i, row -= columns) {
+        for (int i = last_row; i >= 0; --i, row -= columns) {
             Vec4 c = row[columns - 1];
             for (int j = columns - 2; j >= 0; --j) c = c * b.x + row[j];
             s = s * a.x + c;
@@ -149,13 +150,15 @@ class SplineSpans final : public SurfaceEvaluator {
     }
 
   private:
+    [[nodiscard]] int degree_u() const { return p < 0 ? degree_u_ : p; }
+    [[nodiscard]] int degree_v() const { return q < 0 ? degree_v_ : q; }
     [[nodiscard]] const Vec4* span(const Axis::Place& a, const Axis::Place& b) const {
-        const std::size_t size = std::size_t(p_ + 1) * std::size_t(q_ + 1);
+        const std::size_t size = std::size_t(degree_u() + 1) * std::size_t(degree_v() + 1);
         return coefficients_.data() + std::size_t(a.span * v_.spans() + b.span) * size;
     }
 
     Axis u_, v_;
-    int p_, q_;
+    int degree_u_, degree_v_;
     /// Span by span, v running first; in a span powers of u by powers of v, v running first.
     std::vector<Vec4> coefficients_;
 };
@@ -197,14 +200,14 @@ void append_span(const Geom_BezierSurface& patch, bool rational, const Eigen::Ma
     }
 }
 
-template <int q>
+template <int p, int q>
 std::shared_ptr<const SurfaceEvaluator> make(bool rational, Axis u, Axis v, int degree_u,
                                              int degree_v, std::vector<Vec4> coefficients) {
     if (rational)
-        return std::make_shared<SplineSpans<q, true>>(std::move(u), std::move(v), degree_u,
+        return std::make_shared<SplineSpans<p, q, true>>(std::move(u), std::move(v), degree_u,
+                                                         degree_v, std::move(coefficients));
+    return std::make_shared<SplineSpans<p, q, false>>(std::move(u), std::move(v), degree_u,
                                                       degree_v, std::move(coefficients));
-    return std::make_shared<SplineSpans<q, false>>(std::move(u), std::move(v), degree_u, degree_v,
-                                                   std::move(coefficients));
 }
 
 Handle(Geom_BSplineSurface) one_span(const Geom_BezierSurface& bezier) {
@@ -251,11 +254,12 @@ std::shared_ptr<const SurfaceEvaluator> make_spline_spans(const Handle(Geom_Surf
             append_span(*spans.Patch(i, j), rational, basis_u, basis_v, coefficients);
     }
     Axis u(distinct(knots_u), periodic_u), v(distinct(knots_v), periodic_v);
+    if (p == 3 && q == 3) return make<3, 3>(rational, u, v, p, q, std::move(coefficients));
     switch (q) {
-        case 1: return make<1>(rational, u, v, p, q, std::move(coefficients));
-        case 2: return make<2>(rational, u, v, p, q, std::move(coefficients));
-        case 3: return make<3>(rational, u, v, p, q, std::move(coefficients));
-        default: return make<-1>(rational, u, v, p, q, std::move(coefficients));
+        case 1: return make<-1, 1>(rational, u, v, p, q, std::move(coefficients));
+        case 2: return make<-1, 2>(rational, u, v, p, q, std::move(coefficients));
+        case 3: return make<-1, 3>(rational, u, v, p, q, std::move(coefficients));
+        default: return make<-1, -1>(rational, u, v, p, q, std::move(coefficients));
     }
 }
 

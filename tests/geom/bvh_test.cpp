@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -83,6 +84,28 @@ TEST_CASE("sorted items are the same boxes", "[geom][oracle]") {
         const Vec3 query(0.1 * i - 2, 0.3, 0.7);
         CHECK(nearest_box(tree, sorted, query) == brute_force(boxes, query));
     }
+}
+
+TEST_CASE("sorted leaves begin at multiples of the alignment", "[geom][oracle]") {
+    const auto boxes = random_boxes(300, 0.05, 13);
+    Bvh tree(boxes, 3);
+    const auto number = tree.sort_items(4);
+    CHECK(number.size() % 4 == 0);
+    CHECK(std::count_if(number.begin(), number.end(), [](auto n) { return n >= 0; }) == 300);
+    for (int i = 0; i < 50; ++i) {
+        const Vec3 query(0.1 * i - 2, 0.3, 0.7);
+        const double found =
+            tree.nearest_leaves(query, 1e30, [&](int first, int count, double bound) {
+                CHECK(first % 4 == 0);
+                for (int k = first; k < first + count; ++k) {
+                    const Box3& box = boxes[std::size_t(number[std::size_t(k)])];
+                    bound = std::min(bound, std::sqrt(box.squared_distance(query)));
+                }
+                return bound;
+            });
+        CHECK(found == brute_force(boxes, query));
+    }
+    CHECK_THROWS_AS(tree.sort_items(0), base::InvalidArgument);
 }
 
 TEST_CASE("a nearest query visits few of many boxes", "[geom]") {

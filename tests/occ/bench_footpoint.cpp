@@ -73,11 +73,13 @@ class BareTriangles {
             occ::triangulate(shape, surfaces, occ::ReferenceOptions{}.deflection_rel * diagonal);
     }
     double distance(const Vec3& p) const {
-        return mesh_.tree.nearest(p, 1e300, [&](int item, double bound) {
-            return std::min(bound, occ::nearest_on(mesh_.seeds[std::size_t(item)], p).distance);
+        return mesh_.tree.nearest(p, 1e300, [](int, int count, const auto& near, double bound) {
+            for (int i = 0; i < count; ++i)
+                bound = std::min(bound, double(near.distance[std::size_t(i)]));
+            return bound;
         });
     }
-    std::size_t size() const { return mesh_.seeds.size(); }
+    std::size_t size() const { return mesh_.triangles.size(); }
 
   private:
     occ::ReferenceMesh mesh_;

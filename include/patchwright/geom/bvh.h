@@ -3,9 +3,11 @@
 
 #include <patchwright/geom/types.h>
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
-#include <utility>
+#include <limits>
 #include <vector>
 
 namespace patchwright::geom {
@@ -28,28 +30,38 @@ class Bvh {
 
     /// Renumbers the items so that those of a leaf, and of neighbouring leaves, follow each other:
     /// data that the visitor needs, once sorted the same way, lie together.
-    /// @return the number that each item had, by its new number
-    std::vector<std::int32_t> sort_items();
+    /// @param alignment  each leaf's first number is a multiple of it
+    /// @return the number that each item had, by its new number; -1 for numbers that none has
+    std::vector<std::int32_t> sort_items(int alignment = 1);
 
     /// Visits items near `query`, nearer boxes first: calls `leaf(item, bound)` for items whose
     /// node lies no farther than `bound`. `leaf` returns the bound to go on with (at most the one
     /// it was given; smaller once it has found something nearer, negative to stop). Returns the
     /// last bound.
     template <class Leaf>
-    double nearest(const Vec3& query, double bound, Leaf&& leaf) const;
+    double nearest(const Vec3& query, double bound, Leaf&& leaf) const {
+        return nearest_leaves(query, bound, [&](int first, int count, double limit) {
+            for (int i = first; i < first + count && !(limit < 0.0); ++i)
+                limit = leaf(static_cast<int>(items_[static_cast<std::size_t>(i)]), limit);
+            return limit;
+        });
+    }
+
+    /// The same leaf by leaf, once the items are sorted: calls `visit(first, count, bound)`.
+    template <class Visit>
+    double nearest_leaves(const Vec3& query, double bound, Visit&& visit) const;
 
   private:
-    static constexpr int width = 4;
+    static constexpr int width = 4;  // push_children sorts as many
     using Lanes = Eigen::Array<float, width, 1>;
     struct alignas(64) Node {
         std::array<Lanes, 3> low, high;         ///< (box - centre_) * scale_
         std::array<std::int32_t, width> first;  ///< inner child: its node; leaf: first item slot
         std::array<std::int32_t, width> count;  ///< 0 for inner children, -1 for none
     };
-    struct Entry {
-        float squared_distance;
-        std::int32_t first, count;
-    };
+    /// A child that waits: its squared distance's bits above node * width + child, so that keys
+    /// sort by distance.
+    using Key = std::uint64_t;
     struct Builder;
     struct BinaryNode;
     static constexpr int max_depth = 96;
@@ -65,47 +77,66 @@ class Bvh {
     double scale_ = 1.0;  ///< makes the largest extent 1
 };
 
-template <class Leaf>
-double Bvh::nearest(const Vec3& query, double bound, Leaf&& leaf) const {
+template <class Visit>
+double Bvh::nearest_leaves(const Vec3& query, double bound, Visit&& visit) const {
     if (empty() || bound < 0.0) return bound;
     const Eigen::Vector3f q = ((query - centre_) * scale_).cast<float>();
-    std::array<Entry, (width - 1) * max_depth + 1> stack;
+    std::array<Key, (width - 1) * max_depth + width> stack;
     std::size_t top = 0;
-    stack[top++] = {0.0f, 0, 0};
+    // Never infinite: that is how far children are that a node does not have.
     const auto squared_limit = [&] {
         const double scaled = scale_ * bound;
-        return static_cast<float>(rounding * scaled * scaled);
+        constexpr double longest = std::numeric_limits<float>::max();
+        return static_cast<float>(std::min(rounding * scaled * scaled, longest));
     };
     float limit = squared_limit();
-    while (top > 0) {
-        const Entry entry = stack[--top];
-        if (entry.squared_distance > limit) continue;
-        if (entry.count > 0) {
-            for (std::int32_t i = entry.first; i < entry.first + entry.count; ++i) {
-                bound = leaf(static_cast<int>(items_[static_cast<std::size_t>(i)]), bound);
-                if (bound < 0.0) return bound;
-            }
-            limit = squared_limit();
-            continue;
-        }
-        const Node& node = nodes_[static_cast<std::size_t>(entry.first)];
+    const auto push_children = [&](std::int32_t number) {
+        const Node& node = nodes_[static_cast<std::size_t>(number)];
         Lanes squared = Lanes::Zero();
         for (std::size_t k = 0; k < 3; ++k) {
             const float at = q[static_cast<Eigen::Index>(k)];
             const Lanes off = (node.low[k] - at).max(at - node.high[k]).max(0.0f);
             squared += off * off;
         }
-        // Nearest last, so that it is taken first.
-        const std::size_t begin = top;
+        // Without branches: what is too far sorts behind the others and then lies above the top.
+        std::array<Key, width> key;
+        std::size_t near = 0;
         for (int child = 0; child < width; ++child) {
-            const float distance = squared[child];
-            if (!(distance <= limit) || node.count[std::size_t(child)] < 0) continue;
-            std::size_t at = top++;
-            for (; at > begin && stack[at - 1].squared_distance < distance; --at)
-                stack[at] = stack[at - 1];
-            stack[at] = {distance, node.first[static_cast<std::size_t>(child)],
-                         node.count[static_cast<std::size_t>(child)]};
+            const Key reference = static_cast<Key>(number) * width + static_cast<Key>(child);
+            const Key whole = Key{std::bit_cast<std::uint32_t>(squared[child])} << 32 | reference;
+            const bool is_near = squared[child] <= limit;
+            key[static_cast<std::size_t>(child)] = is_near ? whole : 0;
+            near += is_near ? 1 : 0;
         }
+        const auto order = [&](std::size_t i, std::size_t j) {
+            const Key larger = std::max(key[i], key[j]), smaller = std::min(key[i], key[j]);
+            key[i] = larger;
+            key[j] = smaller;
+        };
+        order(0, 1);
+        order(2, 3);
+        order(0, 2);
+        order(1, 3);
+        order(1, 2);
+        // Nearest last, so that it is taken first.
+        for (std::size_t i = 0; i < width; ++i) stack[top + i] = key[i];
+        top += near;
+    };
+    push_children(0);
+    while (top > 0) {
+        const Key key = stack[--top];
+        if (std::bit_cast<float>(static_cast<std::uint32_t>(key >> 32)) > limit) continue;
+        const auto reference = static_cast<std::uint32_t>(key);
+        const Node& parent = nodes_[reference / width];
+        const std::int32_t first = parent.first[reference % width];
+        const std::int32_t count = parent.count[reference % width];
+        if (count == 0) {
+            push_children(first);
+            continue;
+        }
+        bound = visit(static_cast<int>(first), static_cast<int>(count), bound);
+        if (bound < 0.0) return bound;
+        limit = squared_limit();
     }
     return bound;
 }
