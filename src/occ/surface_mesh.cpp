@@ -16,6 +16,7 @@
 #include <TopoDS_Vertex.hxx>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <set>
@@ -60,9 +61,9 @@ class Gluing {
             classes_.add();
             points_.push_back(vec(BRep_Tool::Pnt(TopoDS::Vertex(vertices_(i)))));
         }
-        network_edge_.assign(std::size_t(edges_.Extent()), -1);
+        pieces_.resize(std::size_t(edges_.Extent()));
         for (std::size_t i = 0; i < network.edges.size(); ++i)
-            network_edge_[std::size_t(network.edges[i].shape_edge)] = int(i);
+            pieces_[std::size_t(network.edges[i].shape_edge)].push_back(int(i));
         nodes_.resize(std::size_t(edges_.Extent()));
     }
 
@@ -93,6 +94,7 @@ class Gluing {
 
     SurfaceMesh result(const SearchModel& model) {
         part_parallel_edges();
+        part_half_sharp_edges(model.network);
         SurfaceMesh mesh;
         number_.assign(classes_.size(), -1);
         std::map<std::array<int, 3>, std::size_t> seen;
@@ -183,23 +185,88 @@ class Gluing {
     void split_side(int a, int b, int middle) {
         for (std::size_t i = 0; i < triangles_.size(); ++i) {
             for (std::size_t k = 0; k < 3; ++k) {
-                auto& t = triangles_[i];
+                const auto& t = triangles_[i];
                 if (std::minmax(t[k], t[(k + 1) % 3]) != std::minmax(a, b)) continue;
-                std::array<int, 3> made = t;
-                t[(k + 1) % 3] = middle;
-                made[k] = middle;
-                triangles_.push_back(made);
-                faces_.push_back(int(faces_[i]));
+                split_side(i, k, middle);
                 return;
             }
         }
+    }
+
+    /// Edges that are sharp on part of their length are several in the network: a node is put, or
+    /// moved, to where each of them ends.
+    void part_half_sharp_edges(const EdgeNetwork& network) {
+        parting_.assign(network.vertices.size(), -1);
+        for (std::size_t edge = 0; edge < pieces_.size(); ++edge) {
+            for (std::size_t i = 0; i + 1 < pieces_[edge].size() && nodes_[edge].size() > 1; ++i) {
+                const int vertex = network.edges[std::size_t(pieces_[edge][i])].end;
+                parting_[std::size_t(vertex)] =
+                    node_at(edge, network.vertices[std::size_t(vertex)]);
+            }
+        }
+    }
+
+    /// A node of the edge's chain at this point of the edge.
+    int node_at(std::size_t edge, const geom::Vec3& p) {
+        constexpr double near = 0.1;  // of a side
+        auto& chain = nodes_[edge];
+        const auto at = [&](std::size_t i) {
+            return points_[std::size_t(classes_.find(chain[i]))];
+        };
+        std::size_t best = 0;
+        double least = std::numeric_limits<double>::infinity(), share = 0.0;
+        for (std::size_t i = 0; i + 1 < chain.size(); ++i) {
+            const geom::Vec3 from = at(i), side = at(i + 1) - from;
+            const double square = side.squaredNorm();
+            const double t =
+                square > 0.0 ? std::clamp((p - from).dot(side) / square, 0.0, 1.0) : 0.0;
+            const double distance = (from + t * side - p).norm();
+            if (distance >= least) continue;
+            least = distance;
+            best = i;
+            share = t;
+        }
+        const std::size_t other = share < near ? best : best + 1;
+        if ((share < near || share > 1.0 - near) && other > 0 && other + 1 < chain.size()) {
+            points_[std::size_t(classes_.find(chain[other]))] = p;
+            return chain[other];
+        }
+        const int middle = classes_.add();
+        points_.push_back(p);
+        split_all_sides(chain[best], chain[best + 1], middle);
+        chain.insert(chain.begin() + std::ptrdiff_t(best) + 1, middle);
+        return middle;
+    }
+
+    /// In all triangles that have the side, whatever face they are of.
+    void split_all_sides(int a, int b, int middle) {
+        const auto wanted = std::minmax({classes_.find(a), classes_.find(b)});
+        const std::size_t count = triangles_.size();
+        for (std::size_t i = 0; i < count; ++i) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                const int from = triangles_[i][k], to = triangles_[i][(k + 1) % 3];
+                if (std::minmax({classes_.find(from), classes_.find(to)}) != wanted) continue;
+                split_side(i, k, middle);
+                break;
+            }
+        }
+    }
+
+    void split_side(std::size_t i, std::size_t k, int middle) {
+        std::array<int, 3> made = triangles_[i];
+        triangles_[i][(k + 1) % 3] = middle;
+        made[k] = middle;
+        triangles_.push_back(made);
+        faces_.push_back(int(faces_[i]));
     }
 
     void add_features(SurfaceMesh& mesh, const SearchModel& model) {
         mesh.corners.assign(std::size_t(mesh.points.rows()), -1);
         const auto point = [&](int node) { return number_[std::size_t(classes_.find(node))]; };
         for (std::size_t i = 0; i < model.network.corners.size(); ++i) {
-            const int at = point(model.network.corners[i].vertex);
+            const int vertex = model.network.corners[i].vertex;
+            const int node = vertex < vertices_.Extent() ? vertex : parting_[std::size_t(vertex)];
+            const int at = node >= 0 ? point(node) : -1;
             if (at >= 0) mesh.corners[std::size_t(at)] = int(i);
         }
         std::set<std::pair<int, int>> taken;
@@ -210,23 +277,26 @@ class Gluing {
                       std::set<std::pair<int, int>>& taken) {
         const auto point = [&](int node) { return number_[std::size_t(classes_.find(node))]; };
         for (std::size_t i = 0; i < nodes_.size(); ++i) {
-            const int edge = network_edge_[i];
-            if (edge < 0) continue;
-            if ((model.network.edges[std::size_t(edge)].kind == EdgeKind::Smooth) != smooth)
-                continue;
-            for (std::size_t k = 0; k + 1 < nodes_[i].size(); ++k) {
+            std::size_t piece = 0;
+            for (std::size_t k = 0; k + 1 < nodes_[i].size() && !pieces_[i].empty(); ++k) {
+                const auto edge = std::size_t(pieces_[i][piece]);
+                const int end = model.network.edges[edge].end;
+                if (piece + 1 < pieces_[i].size() && nodes_[i][k + 1] == parting_[std::size_t(end)])
+                    ++piece;
+                if ((model.network.edges[edge].kind == EdgeKind::Smooth) != smooth) continue;
                 const auto side = std::minmax({point(nodes_[i][k]), point(nodes_[i][k + 1])});
                 if (side.first < 0 || side.first == side.second) continue;
                 if (taken.insert(side).second)
                     mesh.features.push_back(
-                        {side.first, side.second, model.features.curve_of(edge)});
+                        {side.first, side.second, model.features.curve_of(int(edge))});
             }
         }
     }
 
     TopTools_IndexedMapOfShape edges_, vertices_;
-    std::vector<int> network_edge_;        // by number of the edge in the shape
-    std::vector<std::vector<int>> nodes_;  // along each edge of the shape
+    std::vector<std::vector<int>> pieces_;  // of the network, by number of the edge in the shape
+    std::vector<int> parting_;              // nodes where an edge is parted, by vertex; or -1
+    std::vector<std::vector<int>> nodes_;   // along each edge of the shape
     std::map<std::size_t, std::vector<std::pair<int, int>>> chords_;  // of edges with two nodes
     Classes classes_;
     std::vector<geom::Vec3> points_;

@@ -1,6 +1,7 @@
 #include "occ/shapes.h"
 
 #include <patchwright/base/error.h>
+#include <patchwright/occ/surface_mesh.h>
 
 #include <BRepBuilderAPI_MakeEdge.hxx>
 #include <BRepBuilderAPI_MakeFace.hxx>
@@ -17,6 +18,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <map>
 #include <random>
 
 using namespace patchwright;
@@ -89,7 +91,8 @@ TEST_CASE("an edge that is sharp on part of its length is cut there", "[occ][fea
     for (const auto& poles : {flat, twisted})
         sewing.Add(BRepBuilderAPI_MakeFace(new Geom_BezierSurface(poles), 1e-7).Shape());
     sewing.Perform();
-    const CadReference reference = reference_of(sewing.SewedShape());
+    const occ::CadModel model = test::model_of(sewing.SewedShape());
+    const CadReference reference(model);
     const auto sharp = curves_of_kind(reference, FeatureKind::Sharp);
     const auto smooth = curves_of_kind(reference, FeatureKind::Smooth);
     REQUIRE(sharp.size() == 1);
@@ -106,6 +109,39 @@ TEST_CASE("an edge that is sharp on part of its length is cut there", "[occ][fea
             return corner.kind == CornerKind::End && (corner.point - hit->point).norm() < 1e-6;
         });
     CHECK(ends == 1);
+
+    // The model's triangles have both pieces too, and a corner between them, however coarse or
+    // fine.
+    for (const double deflection : {1.0, 1e-2, 1e-4}) {
+        const occ::SurfaceMesh mesh = occ::surface_mesh(model, reference, deflection);
+        std::map<int, double> length;
+        std::map<std::pair<int, int>, int> triangles;
+        double area = 0.0;
+        for (const occ::FeatureSide& side : mesh.features)
+            length[side.curve] += (mesh.points.row(side.v0) - mesh.points.row(side.v1)).norm();
+        for (const auto& t : mesh.triangles) {
+            const Vec3 a = mesh.points.row(t[0]), b = mesh.points.row(t[1]),
+                       c = mesh.points.row(t[2]);
+            area += 0.5 * (b - a).cross(c - a).norm();
+            for (std::size_t k = 0; k < 3; ++k) ++triangles[std::minmax(t[k], t[(k + 1) % 3])];
+        }
+        CHECK(length[sharp[0]] == Approx(1.0 - change).epsilon(1e-6));
+        CHECK(length[smooth[0]] == Approx(change).epsilon(1e-6));
+        for (const occ::FeatureSide& side : mesh.features)
+            if (side.curve == sharp[0] || side.curve == smooth[0])
+                CHECK(triangles[{side.v0, side.v1}] == 2);
+        const auto corner = std::count_if(
+            features.corners.begin(), features.corners.end(), [&](const auto& candidate) {
+                const auto number = int(&candidate - features.corners.data());
+                const auto at = std::find(mesh.corners.begin(), mesh.corners.end(), number);
+                return at != mesh.corners.end() &&
+                       (mesh.points.row(at - mesh.corners.begin()).transpose() - hit->point)
+                               .norm() < 1e-6;
+            });
+        CHECK(corner == 1);
+        // Flat strip 1; z = x y over the unit square: 1.2807 (by quadrature), chords take some.
+        CHECK(area == Approx(2.2807).epsilon(0.1));
+    }
 }
 
 TEST_CASE("a rim of a cylinder is one closed curve", "[occ][features][oracle]") {
