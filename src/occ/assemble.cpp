@@ -266,7 +266,11 @@ class Assembler {
             part.box.add(geom::bounding_box(set_.patches[std::size_t(p)].surface.points));
         }
         part.shell.Closed(part.closed);
-        part.point = set_.patches[std::size_t(patches[0])].surface.points.row(0).transpose();
+        constexpr std::size_t most_points = 64;
+        const std::size_t step = patches.size() / most_points + 1;
+        for (std::size_t i = 0; i < patches.size(); i += step)
+            part.points.emplace_back(
+                set_.patches[std::size_t(patches[i])].surface.points.row(0).transpose());
         return part;
     }
 

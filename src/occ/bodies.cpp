@@ -21,14 +21,16 @@ TopoDS_Solid solid_of(const ShellPart& part) {
 }
 
 bool holds(const ShellPart& outer, const TopoDS_Solid& outer_solid, const ShellPart& inner) {
-    if ((inner.point.array() < outer.box.min.array()).any() ||
-        (inner.point.array() > outer.box.max.array()).any()) {
+    if ((inner.box.min.array() < outer.box.min.array()).any() ||
+        (inner.box.max.array() > outer.box.max.array()).any()) {
         return false;
     }
-    const gp_Pnt point(inner.point.x(), inner.point.y(), inner.point.z());
+    // Part of another that crosses it is inside as well, so all points are asked.
     BRepClass3d_SolidClassifier classifier(outer_solid);
-    classifier.Perform(point, Precision::Confusion());
-    return classifier.State() == TopAbs_IN;
+    return std::all_of(inner.points.begin(), inner.points.end(), [&](const geom::Vec3& p) {
+        classifier.Perform(gp_Pnt(p.x(), p.y(), p.z()), Precision::Confusion());
+        return classifier.State() == TopAbs_IN;
+    });
 }
 
 }  // namespace

@@ -14,14 +14,14 @@ namespace patchwright::occ {
 struct ShellPart {
     TopoDS_Shell shell;
     bool closed = false;
-    double volume = 0.0;  ///< of its sign only; negative: faces look inward
-    geom::Box3 box;       ///< holds the faces
-    geom::Vec3 point;     ///< one of its vertices
+    double volume = 0.0;             ///< of its sign only; negative: faces look inward
+    geom::Box3 box;                  ///< holds the faces
+    std::vector<geom::Vec3> points;  ///< some of its vertices, from all over it
 };
 
 /// Open parts stay shells. A closed part becomes a solid, turned outward if need be, unless it lies
-/// inside another: then it is a void of that one, and one inside a void is a solid again.
-/// @pre no two parts cross each other
+/// inside another: then it is a void of that one, and one inside a void is a solid again. Parts
+/// that cross each other are solids of their own, as they may be in the model they come from.
 std::vector<TopoDS_Shape> make_bodies(const std::vector<ShellPart>& parts);
 
 }  // namespace patchwright::occ

@@ -34,6 +34,24 @@ patch::PatchSet patches_of(const mesh::Cage& cage) {
     return patch::extract(cage, {.covering = patch::Covering::Faces}).patches;
 }
 
+patch::PatchSet joined(patch::PatchSet two, const patch::PatchSet& other) {
+    const auto vertices = int(two.vertices.rows());
+    const auto edges = int(two.edges.size());
+    geom::Points all(two.vertices.rows() + other.vertices.rows(), 3);
+    all << two.vertices, other.vertices;
+    two.vertices = all;
+    for (patch::PatchEdge e : other.edges) {
+        e.start += vertices;
+        e.end += vertices;
+        two.edges.push_back(e);
+    }
+    for (patch::Patch p : other.patches) {
+        for (auto& side : p.sides) side[0].edge += edges;
+        two.patches.push_back(p);
+    }
+    return two;
+}
+
 }  // namespace
 
 TEST_CASE("a sharp cube becomes a valid solid of exact volume and area", "[occ][oracle]") {
@@ -66,26 +84,40 @@ TEST_CASE("open patch sets become shells, several parts a compound", "[occ]") {
     CHECK(open.free_edges == 10);
     CHECK(open.valid);
 
-    patch::PatchSet two = patches_of(sharp_cube(2.0));
-    const patch::PatchSet other = patches_of(test::torus(6, 6, 9, 2));
-    const auto vertices = int(two.vertices.rows());
-    const auto edges = int(two.edges.size());
-    geom::Points all(two.vertices.rows() + other.vertices.rows(), 3);
-    all << two.vertices, other.vertices;
-    two.vertices = all;
-    for (patch::PatchEdge e : other.edges) {
-        e.start += vertices;
-        e.end += vertices;
-        two.edges.push_back(e);
-    }
-    for (patch::Patch p : other.patches) {
-        for (auto& side : p.sides) side[0].edge += edges;
-        two.patches.push_back(p);
-    }
-    const occ::Inspection both = occ::inspect(occ::assemble(two));
+    const occ::Inspection both = occ::inspect(
+        occ::assemble(joined(patches_of(sharp_cube(2.0)), patches_of(test::torus(6, 6, 9, 2)))));
     CHECK(both.solids == 2);
     CHECK(both.closed);
     CHECK(both.valid);
+}
+
+TEST_CASE("parts inside others are voids, parts that cross are solids", "[occ][oracle]") {
+    const auto beside = [](double edge, double shift) {
+        mesh::Cage cage = sharp_cube(edge);
+        cage.points.array() += shift;
+        return patches_of(cage);
+    };
+    const occ::Inspection hollow =
+        occ::inspect(occ::assemble(joined(beside(4.0, 0.0), beside(2.0, 0.0))));
+    CHECK(hollow.solids == 1);
+    CHECK(hollow.shells_closed == 2);
+    CHECK(hollow.valid);
+    CHECK(hollow.volume_mm3 == Approx(64.0 - 8.0));
+    // One corner of each inside the other, in either order.
+    for (const bool first : {true, false}) {
+        const occ::Inspection crossing = occ::inspect(
+            occ::assemble(joined(beside(2.0, first ? 0.0 : 1.0), beside(2.0, first ? 1.0 : 0.0))));
+        CHECK(crossing.solids == 2);
+        CHECK(crossing.valid);
+        CHECK(crossing.volume_mm3 == Approx(16.0));
+    }
+    // A bar that sticks out of a cube, whose first vertices are inside.
+    mesh::Cage bar = sharp_cube(1.0);
+    bar.points.col(2) = (3.0 * bar.points.col(2).array() + 1.5).matrix();
+    const occ::Inspection sticking =
+        occ::inspect(occ::assemble(joined(beside(4.0, 0.0), patches_of(bar))));
+    CHECK(sticking.solids == 2);
+    CHECK(sticking.valid);
 }
 
 TEST_CASE("a side may consist of several edges", "[occ]") {
