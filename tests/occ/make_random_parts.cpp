@@ -1,11 +1,13 @@
-// Writes seeded random parts as BREP files: boxes and cylinders to which boxes, cylinders, cones
-// and tori are added or cut out, some edges rounded.
+// Writes seeded random parts as BREP files: boxes and cylinders to which boxes, cylinders, cones,
+// tori and lofts are added or cut out, some edges rounded.
 //
 // Usage: make_random_parts FOLDER COUNT [FIRST_SEED]
 #include <BRepAlgoAPI_Cut.hxx>
 #include <BRepAlgoAPI_Fuse.hxx>
+#include <BRepBuilderAPI_MakePolygon.hxx>
 #include <BRepCheck_Analyzer.hxx>
 #include <BRepFilletAPI_MakeFillet.hxx>
+#include <BRepOffsetAPI_ThruSections.hxx>
 #include <BRepPrimAPI_MakeBox.hxx>
 #include <BRepPrimAPI_MakeCone.hxx>
 #include <BRepPrimAPI_MakeCylinder.hxx>
@@ -16,8 +18,10 @@
 #include <TopTools_IndexedMapOfShape.hxx>
 #include <TopoDS.hxx>
 #include <gp_Ax2.hxx>
+#include <gp_Vec.hxx>
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -77,7 +81,7 @@ class PartMaker {
     }
 
     TopoDS_Shape primitive() {
-        switch (random_() % 4) {
+        switch (random_() % 5) {
             case 0:
                 return BRepPrimAPI_MakeBox(frame(), between(20, 50), between(20, 50),
                                            between(30, 90))
@@ -88,8 +92,34 @@ class PartMaker {
                 return BRepPrimAPI_MakeCone(frame(), between(12, 25), between(4, 10),
                                             between(40, 80))
                     .Shape();
+            case 3: return loft();
             default: return BRepPrimAPI_MakeTorus(frame(), between(20, 35), between(5, 12)).Shape();
         }
+    }
+
+    /// Through three quadrilaterals, each turned against the last: twisted smooth sides.
+    TopoDS_Shape loft() {
+        const gp_Ax2 axes = frame();
+        const double step = between(15, 30);
+        double turn = between(0, 1);
+        BRepOffsetAPI_ThruSections through(true);
+        for (int i = 0; i < 3; ++i) {
+            BRepBuilderAPI_MakePolygon section;
+            const double a = between(10, 20), b = between(10, 20);
+            turn += between(0.1, 0.4);
+            for (int k = 0; k < 4; ++k) {
+                const double x = k == 0 || k == 3 ? a : -a, y = k < 2 ? b : -b;
+                const gp_Vec at =
+                    gp_Vec(axes.XDirection()) * (x * std::cos(turn) - y * std::sin(turn)) +
+                    gp_Vec(axes.YDirection()) * (x * std::sin(turn) + y * std::cos(turn)) +
+                    gp_Vec(axes.Direction()) * (step * i);
+                section.Add(axes.Location().Translated(at));
+            }
+            section.Close();
+            through.AddWire(section.Wire());
+        }
+        through.Build();
+        return through.Shape();
     }
 
     TopoDS_Shape fillets(const TopoDS_Shape& part) {
