@@ -1,34 +1,22 @@
+#include "mesh/raw_obj.h"
+
 #include <patchwright/base/error.h>
 #include <patchwright/mesh/obj.h>
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
-#include <fstream>
 #include <map>
-#include <optional>
 
 namespace patchwright::mesh {
 
 namespace {
 
-std::vector<std::string_view> words_of(std::string_view line) {
-    std::vector<std::string_view> words;
-    std::size_t at = 0;
-    while ((at = line.find_first_not_of(" \t\r", at)) != std::string_view::npos) {
-        const std::size_t end = std::min(line.find_first_of(" \t\r", at), line.size());
-        words.push_back(line.substr(at, end - at));
-        at = end;
-    }
-    return words;
-}
-
 class ObjParser {
   public:
     ObjParser(std::istream& stream, const std::string& source) : stream_(stream), source_(source) {}
 
-    BuildResult parse() {
+    RawObj parse() {
         std::string line;
         while (std::getline(stream_, line)) {
             ++line_number_;
@@ -41,7 +29,7 @@ class ObjParser {
         if (input_.group_names.empty()) input_.face_group.clear();
         geom::Points points =
             Eigen::Map<const geom::Points>(coordinates_.data(), input_.vertex_count, 3);
-        return build_cage(std::move(input_), std::move(points), source_);
+        return {std::move(input_), std::move(points)};
     }
 
   private:
@@ -87,22 +75,13 @@ class ObjParser {
         input_.sectors.push_back(tag);
     }
 
-    template <class Number>
-    std::optional<Number> number(std::string_view word) const {
-        if (word.starts_with('+')) word.remove_prefix(1);
-        Number value{};
-        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-        if (error != std::errc{} || end != word.data() + word.size()) return std::nullopt;
-        return value;
-    }
-
     int integer(std::string_view word) const {
-        if (const auto value = number<int>(word)) return *value;
+        if (const auto value = number_of<int>(word)) return *value;
         fail("'{}' is not an integer", word);
     }
 
     double real(std::string_view word) const {
-        if (const auto value = number<double>(word)) return *value;
+        if (const auto value = number_of<double>(word)) return *value;
         fail("'{}' is not a number", word);
     }
 
@@ -211,16 +190,26 @@ double written_sharpness(double sharpness) { return std::min(sharpness, sharpnes
 
 }  // namespace
 
-BuildResult read_obj(std::istream& stream, const std::string& source) {
+RawObj read_raw_obj(std::istream& stream, const std::string& source) {
     return ObjParser(stream, source).parse();
 }
 
-BuildResult read_obj(const std::filesystem::path& path) {
+std::ifstream open_mesh_file(const std::filesystem::path& path) {
     if (std::filesystem::is_directory(path)) {
-        throw base::InputError(path.string() + ": is a folder; give an OBJ file");
+        throw base::InputError(path.string() + ": is a folder; give a file");
     }
     std::ifstream stream(path, std::ios::binary);
     if (!stream) throw base::InputError(path.string() + ": cannot be opened; does it exist?");
+    return stream;
+}
+
+BuildResult read_obj(std::istream& stream, const std::string& source) {
+    RawObj raw = read_raw_obj(stream, source);
+    return build_cage(std::move(raw.input), std::move(raw.points), source);
+}
+
+BuildResult read_obj(const std::filesystem::path& path) {
+    std::ifstream stream = open_mesh_file(path);
     return read_obj(stream, path.string());
 }
 

@@ -205,13 +205,13 @@ std::vector<geom::FootPoint> CadReference::foot_points(const geom::Points& queri
     return result;
 }
 
-std::optional<CadReference::Curvature> CadReference::curvature(const geom::FootPoint& foot) const {
+std::optional<geom::Curvature> CadReference::curvature(const geom::FootPoint& foot) const {
     const auto& surfaces = impl_->search.surfaces;
     require(foot.face >= 0 && foot.face < int(surfaces.size()),
             "curvature: the foot point is on no face of this reference");
     const auto found = surfaces[std::size_t(foot.face)].curvature(foot.uv);
     if (!found) return std::nullopt;
-    return Curvature{found->value, found->direction};
+    return geom::Curvature{found->value, found->direction};
 }
 
 std::optional<geom::FeaturePoint> CadReference::feature_point(const Vec3& query,
@@ -254,28 +254,22 @@ geom::FeaturePoint CadReference::point_on_curve(int curve, double arc_length) co
 
 const SearchModel& CadReference::search_model() const { return impl_->search; }
 
-std::vector<CadReference::CurveSample> CadReference::sample_curves(geom::FeatureKind kind,
-                                                                   double spacing_mm) const {
-    require(spacing_mm > 0.0, "sample_curves: the spacing must be positive");
-    std::vector<CurveSample> samples;
-    for (std::size_t i = 0; i < features().curves.size(); ++i) {
-        const geom::FeatureCurve& curve = features().curves[i];
-        if (curve.kind != kind) continue;
-        constexpr double most = 1e5;
-        const int pieces = std::max(2, int(std::min(std::ceil(curve.length / spacing_mm), most)));
-        for (int k = 0; k <= pieces; ++k) {
-            const double weight = curve.length / pieces * (k == 0 || k == pieces ? 0.5 : 1.0);
-            const double arc = curve.length * k / pieces;
-            samples.push_back({point_on_curve(int(i), arc).point, int(i), weight});
-        }
-    }
-    return samples;
-}
-
-std::vector<CadReference::Sample> CadReference::sample(int count) const {
+std::vector<geom::SurfaceSample> CadReference::sample(int count) const {
     require(count > 0, "sample: the count must be positive");
     return guard_kernel<base::InputError>("sampling",
                                           [&] { return sample_model(impl_->search, count); });
+}
+
+std::vector<geom::SurfacePiece> CadReference::pieces() const {
+    std::vector<geom::SurfacePiece> result;
+    result.reserve(impl_->search.mesh.triangles.size());
+    for (const MeshTriangle& t : impl_->search.mesh.triangles)
+        result.push_back({t.face, t.uv, t.sickle});
+    return result;
+}
+
+Vec3 CadReference::point_on_face(int face, const Eigen::Vector2d& uv) const {
+    return impl_->search.surfaces[std::size_t(face)].at(uv);
 }
 
 }  // namespace patchwright::occ

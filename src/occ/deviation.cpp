@@ -2,6 +2,7 @@
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
+#include <patchwright/occ/cad_reference.h>
 #include <patchwright/occ/deviation.h>
 
 #include <fmt/format.h>
@@ -25,10 +26,10 @@ void require_samples(int samples) {
 
 }  // namespace
 
-fit::Deviation measure_deviation(const CadReference& from, const CadReference& to,
+fit::Deviation measure_deviation(const geom::ModelSurface& from, const geom::ModelSurface& to,
                                  const DeviationMeasure& options) {
     require_samples(options.samples);
-    const std::vector<CadReference::Sample> points = from.sample(options.samples);
+    const std::vector<geom::SurfaceSample> points = from.sample(options.samples);
     std::vector<fit::DistanceSample> distances(points.size());
     // In blocks, as progress is reported from the calling thread only.
     constexpr std::size_t block = 8192, grain = 128;
@@ -55,8 +56,8 @@ fit::Deviation measure_deviation(const CadReference& from, const CadReference& t
     return result;
 }
 
-std::optional<fit::Deviation> measure_feature_deviation(const CadReference& from,
-                                                        const CadReference& to,
+std::optional<fit::Deviation> measure_feature_deviation(const geom::ModelSurface& from,
+                                                        const geom::ModelSurface& to,
                                                         geom::FeatureKind kind, int samples) {
     require_samples(samples);
     double length = 0.0;
@@ -73,8 +74,8 @@ std::optional<fit::Deviation> measure_feature_deviation(const CadReference& from
                                      {.apart_mm = places_apart * from.bounds().diagonal()});
 }
 
-std::vector<SharpCurveDistance> measure_sharp_curves(const CadReference& from,
-                                                     const CadReference& to,
+std::vector<SharpCurveDistance> measure_sharp_curves(const geom::ModelSurface& from,
+                                                     const geom::ModelSurface& to,
                                                      double longer_than_mm) {
     using geom::FeatureKind;
     constexpr int samples = 65;

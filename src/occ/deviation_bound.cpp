@@ -1,12 +1,9 @@
 #include "deviation_bound.h"
 
-#include "foot_point_engine.h"
-
 #include <patchwright/base/parallel.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 namespace patchwright::occ {
@@ -19,7 +16,7 @@ constexpr double safety = 1.5;
 
 /// A corner on the surface with its foot on the other model.
 struct Corner {
-    Vec2 uv;
+    Eigen::Vector2d uv;
     Vec3 point, foot;
     double distance = 0.0;
 };
@@ -36,11 +33,10 @@ struct Piece {
 
 class Bounding {
   public:
-    Bounding(const CadReference& from, const CadReference& to)
-        : from_(from.search_model()), to_(to.search_model()) {}
+    Bounding(const geom::ModelSurface& from, const geom::ModelSurface& to) : from_(from), to_(to) {}
 
-    [[nodiscard]] Piece whole(const MeshTriangle& t) const {
-        Piece piece{t.face, t.sickle, {}, 0.0};
+    [[nodiscard]] Piece whole(const geom::SurfacePiece& t) const {
+        Piece piece{t.face, t.beside, {}, 0.0};
         for (std::size_t k = 0; k < 3; ++k) piece.corner[k] = corner(t.face, t.uv[k]);
         piece.bound = bound(piece);
         return piece;
@@ -60,11 +56,11 @@ class Bounding {
     }
 
   private:
-    [[nodiscard]] Corner corner(int face, const Vec2& uv) const {
+    [[nodiscard]] Corner corner(int face, const Eigen::Vector2d& uv) const {
         Corner result;
         result.uv = uv;
-        result.point = from_.surfaces[std::size_t(face)].at(uv);
-        const auto foot = nearest_point(to_, result.point, std::numeric_limits<double>::infinity());
+        result.point = from_.point_on_face(face, uv);
+        const auto foot = to_.foot_point(result.point);
         result.foot = foot.point;
         result.distance = foot.distance;
         return result;
@@ -85,15 +81,15 @@ class Bounding {
         return largest + safety * uneven + piece.beside;
     }
 
-    const SearchModel& from_;
-    const SearchModel& to_;
+    const geom::ModelSurface& from_;
+    const geom::ModelSurface& to_;
 };
 
 }  // namespace
 
-double deviation_bound(const CadReference& from, const CadReference& to,
+double deviation_bound(const geom::ModelSurface& from, const geom::ModelSurface& to,
                        const DeviationBoundOptions& options) {
-    const auto& triangles = from.search_model().mesh.triangles;
+    const std::vector<geom::SurfacePiece> triangles = from.pieces();
     const Bounding bounding(from, to);
     std::vector<Piece> pieces(triangles.size());
     constexpr std::size_t block = 16384, grain = 64;

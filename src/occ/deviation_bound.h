@@ -2,7 +2,7 @@
 #pragma once
 
 #include <patchwright/base/progress.h>
-#include <patchwright/occ/cad_reference.h>
+#include <patchwright/geom/model_surface.h>
 
 namespace patchwright::occ {
 
@@ -23,7 +23,7 @@ struct DeviationBoundOptions {
 /// for shapes that do not bend in wholly new ways between samples, not a proof. (Compare Tang, Lee,
 /// Kim, Interactive Hausdorff distance computation for general polygonal models, 2009, for
 /// quartering.)
-double deviation_bound(const CadReference& from, const CadReference& to,
+double deviation_bound(const geom::ModelSurface& from, const geom::ModelSurface& to,
                        const DeviationBoundOptions& options);
 
 }  // namespace patchwright::occ

@@ -135,7 +135,7 @@ CadModel model_of(const TopoDS_Shape& shape) {
 
 struct Body {
     CadReference reference;
-    std::vector<CadReference::Sample> samples;
+    std::vector<geom::SurfaceSample> samples;
 };
 
 bool reaches_into(const Body& a, const Body& b, double depth) {

@@ -6,7 +6,7 @@
 namespace patchwright::occ {
 
 using geom::Vec3;
-using Sample = CadReference::Sample;
+using Sample = geom::SurfaceSample;
 
 namespace {
 

@@ -10,6 +10,6 @@
 namespace patchwright::occ {
 
 /// See CadReference::sample().
-std::vector<CadReference::Sample> sample_model(const SearchModel& model, int count);
+std::vector<geom::SurfaceSample> sample_model(const SearchModel& model, int count);
 
 }  // namespace patchwright::occ

@@ -1,7 +1,7 @@
 // A CAD model as reference surface: foot points on its trimmed faces, features from its edges.
 #pragma once
 
-#include <patchwright/geom/reference_surface.h>
+#include <patchwright/geom/model_surface.h>
 #include <patchwright/occ/cad_model.h>
 
 #include <array>
@@ -25,7 +25,7 @@ struct ReferenceOptions {
 /// Nearest points on the trimmed faces of a model: a box hierarchy over a triangulation gives the
 /// candidates, Newton on the face's polynomials the foot point, the trim test and edge projections
 /// the rest. Keeps the model alive.
-class CadReference final : public geom::ReferenceSurface {
+class CadReference final : public geom::ModelSurface {
   public:
     /// @throw InputError when no face can be triangulated
     explicit CadReference(const CadModel& model, const ReferenceOptions& options = {});
@@ -51,43 +51,20 @@ class CadReference final : public geom::ReferenceSurface {
     [[nodiscard]] std::vector<geom::FootPoint> foot_points(
         const geom::Points& queries, const geom::Points& sides = geom::Points(0, 3)) const;
 
-    struct Curvature {
-        /// Principal curvatures, least first, 1/mm; positive where the surface bends towards its
-        /// outward normal: -1/r twice on a sphere.
-        std::array<double, 2> value{0.0, 0.0};
-        std::array<geom::Vec3, 2> direction{geom::Vec3::Zero(), geom::Vec3::Zero()};  ///< unit
-    };
-    /// Of the face at an answer's parameters; nothing where the surface is degenerate there.
-    /// @throw InvalidArgument when the answer names no face of this reference
-    [[nodiscard]] std::optional<Curvature> curvature(const geom::FootPoint& foot) const;
-
-    /// Nearest point among the features of one kind; empty when the model has none.
-    [[nodiscard]] std::optional<geom::FeaturePoint> feature_point(const geom::Vec3& query,
-                                                                  geom::FeatureKind kind) const;
+    [[nodiscard]] std::optional<geom::Curvature> curvature(
+        const geom::FootPoint& foot) const override;
+    [[nodiscard]] std::optional<geom::FeaturePoint> feature_point(
+        const geom::Vec3& query, geom::FeatureKind kind) const override;
     [[nodiscard]] const geom::Features& features() const override;
     [[nodiscard]] geom::FeaturePoint nearest_on_curve(
         int curve, const geom::Vec3& query,
         const std::optional<geom::ArcRange>& within = std::nullopt) const override;
     [[nodiscard]] geom::FeaturePoint point_on_curve(int curve, double arc_length) const override;
 
-    struct Sample {
-        geom::Vec3 point, normal;
-        int face;
-        double weight;  ///< area that it stands for, mm^2; 0 on edges and vertices
-    };
-    /// About `count` points on the faces, half of them spread by area, half by how much the faces
-    /// bend, at least a few a face; plus points on all edges and vertices. Deterministic.
-    [[nodiscard]] std::vector<Sample> sample(int count) const;
-
-    struct CurveSample {
-        geom::Vec3 point;
-        int curve;      ///< number among features().curves
-        double weight;  ///< length that it stands for, mm
-    };
-    /// Points on all feature curves of one kind, evenly spaced by arc length, both ends included.
-    /// @throw InvalidArgument when the spacing is not positive
-    [[nodiscard]] std::vector<CurveSample> sample_curves(geom::FeatureKind kind,
-                                                         double spacing_mm) const;
+    /// At least a few samples a face; points on all edges and vertices.
+    [[nodiscard]] std::vector<geom::SurfaceSample> sample(int count) const override;
+    [[nodiscard]] std::vector<geom::SurfacePiece> pieces() const override;
+    [[nodiscard]] geom::Vec3 point_on_face(int face, const Eigen::Vector2d& uv) const override;
 
     /// For the sources of this room.
     [[nodiscard]] const SearchModel& search_model() const;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <patchwright/fit/deviation.h>
-#include <patchwright/occ/cad_reference.h>
+#include <patchwright/geom/model_surface.h>
 
 namespace patchwright::occ {
 
@@ -16,14 +16,14 @@ struct DeviationMeasure {
 /// From `from`, sampled, to the nearest points of `to`, whatever their side. Statistics are
 /// weighted by area; points on edges and vertices count for the maximum only.
 /// @throw InvalidArgument when there are no samples
-fit::Deviation measure_deviation(const CadReference& from, const CadReference& to,
+fit::Deviation measure_deviation(const geom::ModelSurface& from, const geom::ModelSurface& to,
                                  const DeviationMeasure& options = {});
 
 /// From the feature curves of one kind of `from`, sampled evenly by length, to the nearest ones of
 /// `to`; `face` is the number of the curve. Nothing when one of them has no such curve.
 /// @throw InvalidArgument when there are no samples
-std::optional<fit::Deviation> measure_feature_deviation(const CadReference& from,
-                                                        const CadReference& to,
+std::optional<fit::Deviation> measure_feature_deviation(const geom::ModelSurface& from,
+                                                        const geom::ModelSurface& to,
                                                         geom::FeatureKind kind, int samples = 5000);
 
 /// A sharp curve of one model and how far another one's sharp edges are from it.
@@ -39,7 +39,8 @@ struct SharpCurveDistance {
 /// and those along which its faces meet at more than a degree somewhere. For a curve whose faces
 /// meet at less than a sharp edge's angle on a part of it, all edges of `to` count.
 /// @return one a curve, in the order of Features::curves
-std::vector<SharpCurveDistance> measure_sharp_curves(const CadReference& from,
-                                                     const CadReference& to, double longer_than_mm);
+std::vector<SharpCurveDistance> measure_sharp_curves(const geom::ModelSurface& from,
+                                                     const geom::ModelSurface& to,
+                                                     double longer_than_mm);
 
 }  // namespace patchwright::occ

@@ -1,0 +1,67 @@
+// A reference surface that came from a file: it can also be sampled, and knows how it bends.
+#pragma once
+
+#include <patchwright/geom/reference_surface.h>
+
+#include <array>
+#include <optional>
+#include <vector>
+
+namespace patchwright::geom {
+
+/// Of a surface at a point.
+struct Curvature {
+    /// Principal curvatures, least first, 1/mm; positive where the surface bends towards its
+    /// outward normal: -1/r twice on a sphere.
+    std::array<double, 2> value{0.0, 0.0};
+    std::array<Vec3, 2> direction{Vec3::Zero(), Vec3::Zero()};  ///< unit
+};
+
+struct SurfaceSample {
+    Vec3 point, normal;
+    int face;
+    double weight;  ///< area that it stands for, mm^2; 0 on edges and vertices
+};
+
+/// A point of a feature curve.
+struct CurveSample {
+    Vec3 point;
+    int curve;      ///< number among Features::curves
+    double weight;  ///< length that it stands for, mm
+};
+
+/// A triangle in the parameters of a face; all pieces together cover the surface but for what lies
+/// beside them.
+struct SurfacePiece {
+    int face = -1;
+    std::array<Eigen::Vector2d, 3> uv;
+    double beside =
+        0.0;  ///< mm: how far the surface goes on beyond a side of the triangle, at most
+};
+
+class ModelSurface : public ReferenceSurface {
+  public:
+    /// Of the face at an answer's parameters; nothing where the surface is degenerate there.
+    /// @throw InvalidArgument when the answer names no face of this surface
+    [[nodiscard]] virtual std::optional<Curvature> curvature(const FootPoint& foot) const = 0;
+
+    /// Nearest point among the features of one kind; empty when there are none.
+    [[nodiscard]] virtual std::optional<FeaturePoint> feature_point(const Vec3& query,
+                                                                    FeatureKind kind) const = 0;
+
+    /// About `count` points on the faces, half of them spread by area, half by how much the faces
+    /// bend; plus points on edges and vertices. Deterministic.
+    /// @throw InvalidArgument when the count is not positive
+    [[nodiscard]] virtual std::vector<SurfaceSample> sample(int count) const = 0;
+
+    [[nodiscard]] virtual std::vector<SurfacePiece> pieces() const = 0;
+    /// The point of a face at its parameters.
+    /// @pre the face is one of this surface's
+    [[nodiscard]] virtual Vec3 point_on_face(int face, const Eigen::Vector2d& uv) const = 0;
+
+    /// Points on all feature curves of one kind, evenly spaced by arc length, both ends included.
+    /// @throw InvalidArgument when the spacing is not positive
+    [[nodiscard]] std::vector<CurveSample> sample_curves(FeatureKind kind, double spacing_mm) const;
+};
+
+}  // namespace patchwright::geom

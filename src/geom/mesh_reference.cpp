@@ -1,0 +1,334 @@
+#include "geom/mesh_bend.h"
+#include "geom/mesh_curves.h"
+#include "geom/mesh_features.h"
+#include "geom/mesh_sides.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/geom/bvh.h>
+#include <patchwright/geom/mesh_reference.h>
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace patchwright::geom {
+
+struct MeshReference::Impl {
+    TriangleMesh mesh;
+    MeshReferenceOptions options;
+    Box3 bounds;
+    MeshFeatures found;
+    MeshBend bend;
+    MeshCurves curves;
+    std::vector<int> regions;
+    int region_count = 0;
+    Bvh tree;
+    double reach = 0.0;
+    double chord_error = 0.0;
+};
+
+namespace {
+
+void require(bool valid, const char* what) {
+    if (!valid) throw base::InvalidArgument(what);
+}
+
+/// Weights of the point of a triangle nearest to p (Ericson, Real-Time Collision Detection, 5.1.5).
+Vec3 nearest_weights(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+    const Vec3 ab = b - a, ac = c - a, ap = p - a;
+    const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+    if (d1 <= 0.0 && d2 <= 0.0) return {1, 0, 0};
+    const Vec3 bp = p - b;
+    const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+    if (d3 >= 0.0 && d4 <= d3) return {0, 1, 0};
+    const double vc = d1 * d4 - d3 * d2;
+    if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) {
+        const double v = d1 / (d1 - d3);
+        return {1 - v, v, 0};
+    }
+    const Vec3 cp = p - c;
+    const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+    if (d6 >= 0.0 && d5 <= d6) return {0, 0, 1};
+    const double vb = d5 * d2 - d1 * d6;
+    if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) {
+        const double w = d2 / (d2 - d6);
+        return {1 - w, 0, w};
+    }
+    const double va = d3 * d6 - d5 * d4;
+    if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
+        const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        return {0, 1 - w, w};
+    }
+    const double sum = va + vb + vc;
+    return {va / sum, vb / sum, vc / sum};
+}
+
+Vec3 at_weights(const TriangleMesh& mesh, int t, const Vec3& w) {
+    return w[0] * corner_point(mesh, t, 0) + w[1] * corner_point(mesh, t, 1) +
+           w[2] * corner_point(mesh, t, 2);
+}
+
+Vec3 normal_at(const MeshBend& bend, int t, const Vec3& w) {
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t k = 0; k < 3; ++k)
+        sum += w[Eigen::Index(k)] * bend.normal[std::size_t(bend.sector[std::size_t(t)][k])];
+    const double norm = sum.norm();
+    return norm > 1e-12 ? Vec3(sum / norm) : Vec3::Zero();
+}
+
+/// Triangles that hang together without a feature between them, of one part of the file.
+std::vector<int> regions_of(const TriangleMesh& mesh, const MeshFeatures& features, int& count) {
+    std::vector<int> region(mesh.triangles.size(), -1);
+    std::vector<int> pending;
+    count = 0;
+    for (std::size_t first = 0; first < region.size(); ++first) {
+        if (region[first] >= 0) continue;
+        pending.assign(1, int(first));
+        region[first] = count;
+        while (!pending.empty()) {
+            const auto t = std::size_t(pending.back());
+            pending.pop_back();
+            for (std::size_t k = 0; k < 3; ++k) {
+                const int other = features.beyond[t][k];
+                if (other < 0 || features.curve_under[t][k] >= 0 ||
+                    region[std::size_t(other)] >= 0 ||
+                    mesh.part[std::size_t(other)] != mesh.part[t])
+                    continue;
+                region[std::size_t(other)] = count;
+                pending.push_back(other);
+            }
+        }
+        ++count;
+    }
+    return region;
+}
+
+/// Largest absolute curvature of the triangle's corners.
+double bend_of(const MeshBend& bend, int t) {
+    double largest = 0.0;
+    for (const int s : bend.sector[std::size_t(t)])
+        largest = std::max(largest, bend.shape[std::size_t(s)].norm());
+    return largest;
+}
+
+/// Of chords of length s that turn by an angle a from one to the next the arc is s a / 8 away. What
+/// the rounded part of the area stays below, but for a twentieth.
+double chord_error_of(const TriangleMesh& mesh, const MeshFeatures& features) {
+    constexpr double flat_rad = 1e-3, share = 0.95;
+    const auto height = [&](int t, std::size_t side) {
+        const Vec3 along = corner_point(mesh, t, int(side) + 1) - corner_point(mesh, t, int(side));
+        return area_vector(mesh, t).norm() / std::max(along.norm(), 1e-300);
+    };
+    std::vector<std::pair<double, double>> errors;  // with area
+    double whole = 0.0;
+    for (int t = 0; t < int(mesh.triangles.size()); ++t) {
+        const Vec3 normal = area_vector(mesh, t);
+        double error = 0.0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const int other = features.beyond[std::size_t(t)][k];
+            if (other < 0 || features.curve_under[std::size_t(t)][k] >= 0) continue;
+            const Vec3 beyond = area_vector(mesh, other);
+            const double angle = std::atan2(normal.cross(beyond).norm(), normal.dot(beyond));
+            if (angle < flat_rad) continue;
+            std::size_t back = 0;
+            while (back < 2 && features.beyond[std::size_t(other)][back] != t) ++back;
+            error = std::max(error, std::min(height(t, k), height(other, back)) * angle / 8.0);
+        }
+        if (error == 0.0) continue;
+        errors.emplace_back(error, normal.norm());
+        whole += normal.norm();
+    }
+    std::sort(errors.begin(), errors.end());
+    double sum = 0.0;
+    for (const auto& [error, area] : errors) {
+        sum += area;
+        if (sum >= share * whole) return error;
+    }
+    return 0.0;
+}
+
+}  // namespace
+
+MeshReference::MeshReference(TriangleMesh mesh, const MeshReferenceOptions& options)
+    : impl_(new Impl) {
+    require(!mesh.triangles.empty(), "MeshReference: the mesh has no triangles");
+    require(mesh.part.size() == mesh.triangles.size(),
+            "MeshReference: there must be one part a triangle");
+    require(options.sharp_angle_rad > 0.0,
+            "MeshReferenceOptions::sharp_angle_rad must be positive");
+    require(options.side_reach_rel >= 0.0,
+            "MeshReferenceOptions::side_reach_rel must not be negative");
+    impl_->mesh = std::move(mesh);
+    impl_->options = options;
+    const TriangleMesh& m = impl_->mesh;
+    std::vector<Box3> boxes(m.triangles.size());
+    for (std::size_t t = 0; t < boxes.size(); ++t) {
+        for (int k = 0; k < 3; ++k) boxes[t].add(corner_point(m, int(t), k));
+        impl_->bounds.add(boxes[t]);
+    }
+    impl_->tree = Bvh(boxes);
+    impl_->reach = options.side_reach_rel * impl_->bounds.diagonal();
+    impl_->found = find_mesh_features(m, options.sharp_angle_rad);
+    impl_->bend = measure_mesh_bend(m, impl_->found);
+    impl_->curves = MeshCurves(m, impl_->found);
+    impl_->regions = regions_of(m, impl_->found, impl_->region_count);
+    impl_->chord_error = chord_error_of(m, impl_->found);
+}
+
+MeshReference::~MeshReference() = default;
+MeshReference::MeshReference(MeshReference&&) noexcept = default;
+MeshReference& MeshReference::operator=(MeshReference&&) noexcept = default;
+
+Box3 MeshReference::bounds() const { return impl_->bounds; }
+
+FootPoint MeshReference::foot_point(const Vec3& query, const std::optional<Vec3>& side) const {
+    require(query.allFinite(), "foot_point: the query is not finite");
+    const TriangleMesh& mesh = impl_->mesh;
+    const auto nearest = [&](double bound, bool facing) {
+        FootPoint best;
+        best.distance = std::numeric_limits<double>::infinity();
+        impl_->tree.nearest(query, bound, [&](int t, double limit) {
+            const Vec3 w = nearest_weights(query, corner_point(mesh, t, 0),
+                                           corner_point(mesh, t, 1), corner_point(mesh, t, 2));
+            const Vec3 point = at_weights(mesh, t, w);
+            const double distance = (point - query).norm();
+            if (distance > limit || distance >= best.distance) return limit;
+            const Vec3 normal = normal_at(impl_->bend, t, w);
+            if (facing && !(normal.dot(*side) > 0.0)) return limit;
+            best = {point, normal, distance, t, {w[1], w[2]}};
+            return distance;
+        });
+        return best;
+    };
+    const FootPoint plain = nearest(std::numeric_limits<double>::infinity(), false);
+    if (!side || plain.normal.dot(*side) > 0.0) return plain;
+    const FootPoint facing = nearest(plain.distance + impl_->reach, true);
+    return facing.face >= 0 ? facing : plain;
+}
+
+const Features& MeshReference::features() const { return impl_->found.features; }
+
+FeaturePoint MeshReference::nearest_on_curve(int curve, const Vec3& query,
+                                             const std::optional<ArcRange>& within) const {
+    require(curve >= 0 && curve < int(features().curves.size()),
+            "nearest_on_curve: there is no such feature curve");
+    require(query.allFinite(), "nearest_on_curve: the query is not finite");
+    require(!within || within->from <= within->to,
+            "nearest_on_curve: the piece ends before it starts");
+    return impl_->curves.nearest(curve, query, within);
+}
+
+FeaturePoint MeshReference::point_on_curve(int curve, double arc_length) const {
+    require(curve >= 0 && curve < int(features().curves.size()),
+            "point_on_curve: there is no such feature curve");
+    require(std::isfinite(arc_length), "point_on_curve: the arc length is not finite");
+    return impl_->curves.at(curve, arc_length);
+}
+
+std::optional<Curvature> MeshReference::curvature(const FootPoint& foot) const {
+    require(foot.face >= 0 && foot.face < int(impl_->mesh.triangles.size()),
+            "curvature: the foot point is on no triangle of this mesh");
+    const auto& sector = impl_->bend.sector[std::size_t(foot.face)];
+    const Vec3 w(1.0 - foot.uv[0] - foot.uv[1], foot.uv[0], foot.uv[1]);
+    const Vec3 normal = normal_at(impl_->bend, foot.face, w);
+    if (normal.isZero(0.0)) return std::nullopt;
+    Eigen::Matrix3d shape = Eigen::Matrix3d::Zero();
+    for (std::size_t k = 0; k < 3; ++k)
+        shape += w[Eigen::Index(k)] * impl_->bend.shape[std::size_t(sector[k])];
+    const Vec3 x = normal.unitOrthogonal(), y = normal.cross(x);
+    Eigen::Matrix2d in_plane;
+    in_plane << x.dot(shape * x), x.dot(shape * y), y.dot(shape * x), y.dot(shape * y);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solved(0.5 *
+                                                                (in_plane + in_plane.transpose()));
+    Curvature result;
+    for (Eigen::Index k = 0; k < 2; ++k) {
+        result.value[std::size_t(k)] = solved.eigenvalues()[k];
+        result.direction[std::size_t(k)] =
+            solved.eigenvectors()(0, k) * x + solved.eigenvectors()(1, k) * y;
+    }
+    return result;
+}
+
+std::optional<FeaturePoint> MeshReference::feature_point(const Vec3& query,
+                                                         FeatureKind kind) const {
+    require(query.allFinite(), "feature_point: the query is not finite");
+    return impl_->curves.nearest(query, kind);
+}
+
+std::vector<SurfaceSample> MeshReference::sample(int count) const {
+    require(count > 0, "sample: the count must be positive");
+    const TriangleMesh& mesh = impl_->mesh;
+    const std::size_t triangles = mesh.triangles.size();
+    // Bend between that of the whole model's size and a hundred times more, as for CAD models.
+    const double least = 1.0 / std::max(impl_->bounds.diagonal(), 1e-300);
+    std::vector<double> area(triangles), share(triangles);
+    double whole = 0.0, bent = 0.0;
+    for (std::size_t t = 0; t < triangles; ++t) {
+        area[t] = 0.5 * area_vector(mesh, int(t)).norm();
+        share[t] = area[t] * std::clamp(bend_of(impl_->bend, int(t)), least, 100.0 * least);
+        whole += area[t];
+        bent += share[t];
+    }
+    std::vector<SurfaceSample> samples;
+    if (!(whole > 0.0)) return samples;
+    for (std::size_t t = 0; t < triangles; ++t)
+        share[t] = 0.5 * area[t] / whole + 0.5 * share[t] / bent;
+    std::size_t at = 0;
+    double passed = 0.0;
+    for (int i = 0; i < count; ++i) {
+        const double target = (i + 0.5) / count;
+        while (at + 1 < triangles && passed + share[at] < target) passed += share[at++];
+        // The R2 sequence (Roberts, 2018) in the triangle.
+        double a = std::fmod(0.5 + 0.7548776662466927 * i, 1.0);
+        double b = std::fmod(0.5 + 0.5698402909980532 * i, 1.0);
+        if (a + b > 1.0) {
+            a = 1.0 - a;
+            b = 1.0 - b;
+        }
+        const Vec3 w(1.0 - a - b, a, b);
+        samples.push_back({at_weights(mesh, int(at), w), normal_at(impl_->bend, int(at), w),
+                           int(at), area[at] / (share[at] * count)});
+    }
+    // Points are what the file is sure of: all of them, or as many as there are other samples.
+    const std::size_t step = std::max<std::size_t>(1, triangles / std::size_t(count));
+    std::vector<char> seen(std::size_t(mesh.points.rows()), 0);
+    for (std::size_t t = 0; t < triangles; t += step) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const int v = mesh.triangles[t][k];
+            if (seen[std::size_t(v)] != 0) continue;
+            seen[std::size_t(v)] = 1;
+            samples.push_back({mesh.points.row(v),
+                               impl_->bend.normal[std::size_t(impl_->bend.sector[t][k])], int(t),
+                               0.0});
+        }
+    }
+    return samples;
+}
+
+std::vector<SurfacePiece> MeshReference::pieces() const {
+    std::vector<SurfacePiece> result;
+    result.reserve(impl_->mesh.triangles.size());
+    for (int t = 0; t < int(impl_->mesh.triangles.size()); ++t)
+        result.push_back(
+            {t, {Eigen::Vector2d(0, 0), Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1)}, 0.0});
+    return result;
+}
+
+Vec3 MeshReference::point_on_face(int face, const Eigen::Vector2d& uv) const {
+    return at_weights(impl_->mesh, face, {1.0 - uv[0] - uv[1], uv[0], uv[1]});
+}
+
+const TriangleMesh& MeshReference::mesh() const { return impl_->mesh; }
+const std::vector<MeshFeatureSide>& MeshReference::feature_sides() const {
+    return impl_->found.sides;
+}
+const std::vector<int>& MeshReference::corner_numbers() const { return impl_->found.corner_of; }
+const std::vector<int>& MeshReference::regions() const { return impl_->regions; }
+int MeshReference::region_count() const { return impl_->region_count; }
+double MeshReference::chord_error() const { return impl_->chord_error; }
+
+}  // namespace patchwright::geom
