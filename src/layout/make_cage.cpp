@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <functional>
 #include <map>
 #include <optional>
 
@@ -17,10 +18,10 @@ namespace {
 
 constexpr double deflection_rel = 1e-3, fine_deflection_rel = 1e-4;
 
-std::vector<std::string> group_names(const occ::CadModel& model) {
-    std::vector<std::string> names = occ::face_names(model);
+/// @param kind  of what has no name
+std::vector<std::string> group_names(std::vector<std::string> names, const char* kind) {
     for (std::size_t i = 0; i < names.size(); ++i) {
-        if (names[i].empty()) names[i] = fmt::format("face_{}", i + 1);
+        if (names[i].empty()) names[i] = fmt::format("{}_{}", kind, i + 1);
         for (char& c : names[i])
             if (c == ' ' || c == '\t' || c == '\n' || c == '\r') c = '_';
     }
@@ -29,7 +30,7 @@ std::vector<std::string> group_names(const occ::CadModel& model) {
 
 /// Curves that cages keep as lines: all sharp and free ones, and smooth ones along edges that are
 /// rounded too tightly for faces of a cage, as those of blades are, or bend a little.
-std::vector<char> kept_curves(const occ::CadReference& reference) {
+std::vector<char> kept_curves(const geom::ModelSurface& reference) {
     constexpr double slight_bend_rad = 0.1, tight_rel = 6e-3, shortest_rel = 0.02;
     const double diagonal = reference.bounds().diagonal();
     const auto& curves = reference.features().curves;
@@ -122,11 +123,18 @@ mesh::Cage joined(const std::vector<Blocks>& parts) {
 constexpr int rounds_of_scaling = 3;
 constexpr double near_enough = 0.2;
 
-std::vector<Blocks> remeshed(const occ::SurfaceMesh& surface, const occ::CadModel& model,
-                             const occ::CadReference& reference, const CageOptions& options,
-                             double scale) {
+/// What a cage is made from.
+struct Source {
+    const geom::ModelSurface& reference;
+    /// Triangles of the model that are no farther from it than this, millimetres.
+    std::function<occ::SurfaceMesh(double)> triangles;
+    std::vector<std::string> names;  ///< one a face, for groups
+};
+
+std::vector<Blocks> remeshed(const occ::SurfaceMesh& surface, const Source& source,
+                             const CageOptions& options, double scale) {
     std::vector<Blocks> parts;
-    const auto names = group_names(model);
+    const geom::ModelSurface& reference = source.reference;
     const auto kept = kept_curves(reference);
     for (const Body& body : bodies_of(surface)) {
         TriMesh mesh(part_of(body, kept));
@@ -137,7 +145,7 @@ std::vector<Blocks> remeshed(const occ::SurfaceMesh& surface, const occ::CadMode
         remeshing.size.finer_at = options.finer_at;
         remeshing.progress = options.progress;
         remesh(mesh, reference, remeshing);
-        parts.push_back(quad_blocks(mesh, reference.features(), names));
+        parts.push_back(quad_blocks(mesh, reference.features(), source.names));
     }
     return parts;
 }
@@ -150,7 +158,7 @@ std::size_t face_count(const std::vector<Blocks>& parts) {
 
 /// Nothing when a body is no wing.
 std::optional<std::vector<Blocks>> all_wings(const occ::SurfaceMesh& mesh,
-                                             const occ::CadReference& reference,
+                                             const geom::ModelSurface& reference,
                                              const CageOptions& options) {
     double fineness = options.fineness;
     for (int round = 0;; ++round) {
@@ -169,21 +177,18 @@ std::optional<std::vector<Blocks>> all_wings(const occ::SurfaceMesh& mesh,
     }
 }
 
-}  // namespace
-
-CageResult make_cage(const occ::CadModel& model, const occ::CadReference& reference,
-                     const CageOptions& options) {
+CageResult make_cage(const Source& source, const CageOptions& options) {
     if (!(options.tolerance_rel > 0.0) || !(options.fineness > 0.0) || options.target_faces < 0)
         throw base::InvalidArgument(
             "layout: tolerance and fineness must be positive, target_faces not negative");
     base::report_progress(options.progress, "layout", 0.0);
+    const geom::ModelSurface& reference = source.reference;
     const double diagonal = reference.bounds().diagonal();
     CageResult result;
     std::vector<Blocks> parts;
     bool all_aligned = false;
     if (options.method != Method::Remesh) {
-        const occ::SurfaceMesh fine =
-            occ::surface_mesh(model, reference, fine_deflection_rel * diagonal);
+        const occ::SurfaceMesh fine = source.triangles(fine_deflection_rel * diagonal);
         if (auto wings = all_wings(fine, reference, options)) {
             all_aligned = true;
             parts = std::move(*wings);
@@ -193,15 +198,14 @@ CageResult make_cage(const occ::CadModel& model, const occ::CadReference& refere
         if (options.method == Method::Aligned)
             throw base::InputError(
                 "no layout was recognised for the model; use --layout remesh or auto");
-        const occ::SurfaceMesh surface =
-            occ::surface_mesh(model, reference, deflection_rel * diagonal);
-        parts = remeshed(surface, model, reference, options, 1.0);
+        const occ::SurfaceMesh surface = source.triangles(deflection_rel * diagonal);
+        parts = remeshed(surface, source, options, 1.0);
         double scale = 1.0;
         for (int round = 0; round < rounds_of_scaling && options.target_faces > 0; ++round) {
             const double ratio = double(face_count(parts)) / options.target_faces;
             if (std::abs(std::log(ratio)) < near_enough) break;
             scale *= std::sqrt(ratio);
-            parts = remeshed(surface, model, reference, options, scale);
+            parts = remeshed(surface, source, options, scale);
         }
         if (surface.faces_without > 0)
             result.notices.push_back(
@@ -212,6 +216,44 @@ CageResult make_cage(const occ::CadModel& model, const occ::CadReference& refere
     }
     result.cage = joined(parts);
     return result;
+}
+
+/// The regions of a mesh by the names of its parts; empty where the file gives none.
+std::vector<std::string> region_names(const geom::MeshReference& reference) {
+    std::vector<std::string> names(std::size_t(reference.region_count()));
+    const geom::TriangleMesh& mesh = reference.mesh();
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        if (mesh.part[t] >= 0)
+            names[std::size_t(reference.regions()[t])] = mesh.part_names[std::size_t(mesh.part[t])];
+    return names;
+}
+
+occ::SurfaceMesh surface_mesh(const geom::MeshReference& reference) {
+    occ::SurfaceMesh mesh;
+    mesh.points = reference.mesh().points;
+    mesh.triangles = reference.mesh().triangles;
+    mesh.faces = reference.regions();
+    for (const geom::MeshFeatureSide& side : reference.feature_sides())
+        mesh.features.push_back({side.v0, side.v1, side.curve});
+    mesh.corners = reference.corner_numbers();
+    return mesh;
+}
+
+}  // namespace
+
+CageResult make_cage(const occ::CadModel& model, const occ::CadReference& reference,
+                     const CageOptions& options) {
+    return make_cage(
+        Source{reference,
+               [&](double deflection) { return occ::surface_mesh(model, reference, deflection); },
+               group_names(occ::face_names(model), "face")},
+        options);
+}
+
+CageResult make_cage(const geom::MeshReference& reference, const CageOptions& options) {
+    return make_cage(Source{reference, [&](double) { return surface_mesh(reference); },
+                            group_names(region_names(reference), "region")},
+                     options);
 }
 
 }  // namespace patchwright::layout

@@ -35,7 +35,7 @@ double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const V
 
 class Remeshing {
   public:
-    Remeshing(TriMesh& mesh, const occ::CadReference& reference, const RemeshOptions& options)
+    Remeshing(TriMesh& mesh, const geom::ModelSurface& reference, const RemeshOptions& options)
         : mesh_(mesh),
           reference_(reference),
           options_(options),
@@ -294,14 +294,14 @@ class Remeshing {
     }
 
     TriMesh& mesh_;
-    const occ::CadReference& reference_;
+    const geom::ModelSurface& reference_;
     const RemeshOptions& options_;
     SizeField size_;
 };
 
 }  // namespace
 
-void remesh(TriMesh& mesh, const occ::CadReference& reference, const RemeshOptions& options) {
+void remesh(TriMesh& mesh, const geom::ModelSurface& reference, const RemeshOptions& options) {
     Remeshing(mesh, reference, options).run();
 }
 

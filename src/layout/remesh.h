@@ -17,6 +17,6 @@ struct RemeshOptions {
 /// size field. Feature curves keep their vertices on them, corners stay.
 /// Source: Botsch and Kobbelt, A remeshing approach to multiresolution modeling (2004), with sizes
 /// by curvature as in Dunyach et al., Adaptive remeshing for real-time mesh deformation (2013).
-void remesh(TriMesh& mesh, const occ::CadReference& reference, const RemeshOptions& options);
+void remesh(TriMesh& mesh, const geom::ModelSurface& reference, const RemeshOptions& options);
 
 }  // namespace patchwright::layout

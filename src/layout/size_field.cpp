@@ -15,7 +15,7 @@ namespace {
 
 /// Of the surface on all sides of a vertex: feet are taken a little inside each triangle, as at a
 /// sharp edge the nearest point is on one face only.
-double surface_curvature(const TriMesh& mesh, const occ::CadReference& reference, int v) {
+double surface_curvature(const TriMesh& mesh, const geom::ModelSurface& reference, int v) {
     double largest = 0.0;
     for (const int t : mesh.fan(v)) {
         const auto& c = mesh.triangle(t);
@@ -42,7 +42,7 @@ double curve_curvature(const TriMesh& mesh, int v) {
 
 }  // namespace
 
-SizeField::SizeField(const TriMesh& mesh, const occ::CadReference& reference,
+SizeField::SizeField(const TriMesh& mesh, const geom::ModelSurface& reference,
                      const SizeOptions& options)
     : mesh_(mesh),
       reference_(reference),

@@ -3,8 +3,8 @@
 
 #include "layout/tri_mesh.h"
 
+#include <patchwright/geom/model_surface.h>
 #include <patchwright/layout/make_cage.h>
-#include <patchwright/occ/cad_reference.h>
 
 #include <vector>
 
@@ -26,7 +26,7 @@ struct SizeOptions {
 /// Wanted lengths, one a vertex of a mesh that changes.
 class SizeField {
   public:
-    SizeField(const TriMesh& mesh, const occ::CadReference& reference, const SizeOptions& options);
+    SizeField(const TriMesh& mesh, const geom::ModelSurface& reference, const SizeOptions& options);
 
     [[nodiscard]] double at(int v) const { return size_[std::size_t(v)]; }
     /// For the vertex that was last added, between a and b.
@@ -39,7 +39,7 @@ class SizeField {
     [[nodiscard]] double at_places(int v) const;
 
     const TriMesh& mesh_;
-    const occ::CadReference& reference_;
+    const geom::ModelSurface& reference_;
     SizeOptions options_;
     std::vector<double> size_;
 };

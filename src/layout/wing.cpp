@@ -28,7 +28,7 @@ constexpr double flat_rel = 2e-4, inside_rel = 2e-5, in_plane_rel = 3e-3, apart_
 
 class WingLayout {
   public:
-    WingLayout(const Body& body, const occ::CadReference& reference, const WingOptions& options,
+    WingLayout(const Body& body, const geom::ModelSurface& reference, const WingOptions& options,
                const Vec3& axis)
         : reference_(reference),
           options_(options),
@@ -324,7 +324,7 @@ class WingLayout {
         }
     }
 
-    const occ::CadReference& reference_;
+    const geom::ModelSurface& reference_;
     const WingOptions& options_;
     Slicer slicer_;
     double span_;
@@ -370,7 +370,7 @@ std::vector<Vec3> possible_axes(const Body& body) {
 
 }  // namespace
 
-std::optional<Blocks> wing_blocks(const Body& body, const occ::CadReference& reference,
+std::optional<Blocks> wing_blocks(const Body& body, const geom::ModelSurface& reference,
                                   const WingOptions& options) {
     for (const Vec3& axis : possible_axes(body))
         if (auto blocks = WingLayout(body, reference, options, axis).run()) return blocks;

@@ -4,7 +4,7 @@
 #include "layout/blocks.h"
 #include "layout/sections.h"
 
-#include <patchwright/occ/cad_reference.h>
+#include <patchwright/geom/model_surface.h>
 
 #include <optional>
 
@@ -18,7 +18,7 @@ struct WingOptions {
 /// A box of quads around the body: rings of points at stations along the span, each from the
 /// trailing edge around the nose, and lids of quads between the lower and the upper side where the
 /// body is closed. Nothing when the body is not a wing.
-std::optional<Blocks> wing_blocks(const Body& body, const occ::CadReference& reference,
+std::optional<Blocks> wing_blocks(const Body& body, const geom::ModelSurface& reference,
                                   const WingOptions& options = {});
 
 }  // namespace patchwright::layout

@@ -98,7 +98,7 @@ Vec3 WingSection::at(int side, double share) const {
 
 std::optional<WingSection> wing_section(const std::vector<SectionLoop>& loops,
                                         const geom::Features& features,
-                                        const occ::CadReference& reference) {
+                                        const geom::ModelSurface& reference) {
     if (loops.size() != 1 || !loops[0].closed || loops[0].points.size() < 8) return std::nullopt;
     const SectionLoop& loop = loops[0];
     const std::vector<int> sharp = sharp_points(loop, features);

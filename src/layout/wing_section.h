@@ -31,6 +31,6 @@ struct WingSection {
 /// Nothing when the lines are not one thin closed loop with one sharp edge, or two near each other.
 std::optional<WingSection> wing_section(const std::vector<SectionLoop>& loops,
                                         const geom::Features& features,
-                                        const occ::CadReference& reference);
+                                        const geom::ModelSurface& reference);
 
 }  // namespace patchwright::layout

@@ -11,7 +11,8 @@ namespace {
 struct CageCommandOptions {
     CommonOptions common;
     LayoutOptions layout;
-    std::string input, output, input_unit;
+    InputOptions read;
+    std::string input, output;
     FitCommandOptions fit;
 };
 
@@ -19,10 +20,10 @@ int cage(const CageCommandOptions& options) {
     const auto cage_unit = base::parse_length_unit(options.fit.cage_unit);
     base::parse_length(options.fit.tolerance);
     Run run(options.common);
-    const Input input = read_input(run, options.input, options.input_unit);
-    const occ::CadReference reference(input.model, {.progress = run.progress()});
-    const double tolerance = relative_tolerance(options.fit, reference);
-    const auto made = make_cage(run, input, reference, options.layout, tolerance);
+    Input input = read_input(run, options.input, options.read);
+    prepare(run, input);
+    const double tolerance = relative_tolerance(options.fit, input.reference());
+    const auto made = make_cage(run, input, options.layout, tolerance);
     run.end_stage("layout");
     write_cage(made.cage, options.output, cage_unit);
     run.end_stage("write");
@@ -35,7 +36,7 @@ int cage(const CageCommandOptions& options) {
 void register_cage(CLI::App& app, int& exit_code) {
     auto options = std::make_shared<CageCommandOptions>();
     CLI::App* command = app.add_subcommand("cage", "control mesh from a CAD file");
-    command->add_option("input", options->input, "CAD file: STEP, IGES or BREP")->required();
+    command->add_option("input", options->input, input_help)->required();
     command->add_option("-o,--output", options->output, "control mesh (OBJ)")->required();
     command
         ->add_option("--tolerance", options->fit.tolerance,
@@ -46,8 +47,7 @@ void register_cage(CLI::App& app, int& exit_code) {
         ->add_option("--cage-unit", options->fit.cage_unit,
                      "unit of the cage's numbers: mm, cm, m, in, ft")
         ->capture_default_str();
-    command->add_option("--input-unit", options->input_unit,
-                        "overrides the unit written in the input");
+    add_input_options(*command, options->read);
     add_layout_options(*command, options->layout);
     add_common_options(*command, options->common, true);
     command->callback([options, &exit_code] { exit_code = cage(*options); });

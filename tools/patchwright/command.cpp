@@ -28,27 +28,6 @@ namespace {
 
 constexpr int continuity_samples = 33;  // an edge
 
-report::SolidFigures solid_figures(const std::string& file, const occ::CadModel& model) {
-    const occ::Inspection i = occ::inspect(model);
-    return {.file = file,
-            .solids = i.solids,
-            .shells_closed = i.shells_closed,
-            .shells_open = i.shells_open,
-            .faces = i.faces,
-            .edges = i.edges,
-            .vertices = i.vertices,
-            .free_edges = i.free_edges,
-            .nonmanifold_edges = i.nonmanifold_edges,
-            .faces_by_kind = i.faces_by_kind,
-            .closed = i.closed,
-            .valid = i.valid,
-            .all_bicubic = i.all_bicubic,
-            .volume = i.volume_mm3,
-            .area = i.area_mm2,
-            .max_tolerance = i.max_tolerance_mm,
-            .bounds = i.bounds};
-}
-
 }  // namespace
 
 void add_common_options(CLI::App& command, CommonOptions& options, bool with_html) {
@@ -96,6 +75,16 @@ void add_output_options(CLI::App& command, OutputOptions& options) {
             "--cap-depth", options.cap_depth,
             "knot levels towards an extraordinary vertex; left away: as the tolerance needs")
         ->check(CLI::Range(1, patch::max_cap_depth));
+}
+
+void add_input_options(CLI::App& command, InputOptions& options) {
+    command.add_option("--input-unit", options.unit,
+                       "overrides the unit written in the input; STL and OBJ have none: mm");
+    command
+        .add_option("--sharp-angle", options.sharp_angle_deg,
+                    "edges whose faces differ by more than this are sharp, degrees; left away: 20, "
+                    "for triangles 35")
+        ->check(CLI::Range(0.1, 179.0));
 }
 
 void add_fit_options(CLI::App& command, FitCommandOptions& options) {
@@ -195,39 +184,6 @@ void Run::finish() {
     if (!options_.quiet) fmt::print("{}", report::to_text(report));
 }
 
-Input read_input(Run& run, const std::string& file, const std::string& input_unit, bool heal) {
-    occ::ReadOptions options{.heal = heal, .progress = run.progress()};
-    if (!input_unit.empty()) options.unit = base::parse_length_unit(input_unit);
-    const occ::ReadResult result = occ::read_cad(file, options);
-    for (const std::string& text : result.report.notices) run.notice(text);
-    Input input{result.model, solid_figures(file, result.model), result.report};
-    // Blades and wings are not that small or large, but files whose unit is wrong are.
-    constexpr double small_mm = 300.0, large_mm = 300e3;
-    const double diagonal = input.figures.bounds.diagonal();
-    if (input_unit.empty() && (diagonal < small_mm || diagonal > large_mm)) {
-        run.notice(
-            fmt::format("{}: the model is {:.3g} m across by its unit, {}; if that is wrong, "
-                        "see --input-unit",
-                        file, 1e-3 * diagonal, base::short_name(result.report.unit)));
-    }
-    constexpr const char* formats[] = {"STEP", "IGES", "BREP"};
-    run.report.unit = result.report.unit;
-    run.report.input =
-        report::InputFigures{.file = file,
-                             .format = formats[static_cast<int>(result.report.format)],
-                             .schema = result.report.schema,
-                             .originating_system = result.report.originating_system,
-                             .unit = result.report.unit,
-                             .solids = input.figures.solids,
-                             .faces = input.figures.faces,
-                             .free_edges = input.figures.free_edges,
-                             .diagonal = input.figures.bounds.diagonal(),
-                             .largest_gap_closed = result.report.largest_gap_mm,
-                             .sewing_tolerance = result.report.sewing_tolerance_mm};
-    run.end_stage("read");
-    return input;
-}
-
 mesh::Cage read_cage(Run& run, const std::string& file, base::LengthUnit unit) {
     mesh::BuildResult result = mesh::read_obj(std::filesystem::path(file));
     result.cage.points *= base::millimetres_per(unit);
@@ -239,24 +195,26 @@ mesh::Cage read_cage(Run& run, const std::string& file, base::LengthUnit unit) {
     return std::move(result.cage);
 }
 
-layout::CageResult make_cage(Run& run, const Input& input, const occ::CadReference& reference,
-                             const LayoutOptions& options, double tolerance_rel) {
+layout::CageResult make_cage(Run& run, const Input& input, const LayoutOptions& options,
+                             double tolerance_rel) {
     const auto method = options.method == "aligned"  ? layout::Method::Aligned
                         : options.method == "remesh" ? layout::Method::Remesh
                                                      : layout::Method::Auto;
-    layout::CageResult result = layout::make_cage(input.model, reference,
-                                                  {.method = method,
-                                                   .target_faces = options.target_faces,
-                                                   .tolerance_rel = tolerance_rel,
-                                                   .fineness = options.fineness,
-                                                   .finer_at = options.finer_at,
-                                                   .progress = run.progress()});
+    const layout::CageOptions making{.method = method,
+                                     .target_faces = options.target_faces,
+                                     .tolerance_rel = tolerance_rel,
+                                     .fineness = options.fineness,
+                                     .finer_at = options.finer_at,
+                                     .progress = run.progress()};
+    layout::CageResult result = input.mesh ? layout::make_cage(*input.mesh, making)
+                                           : layout::make_cage(*input.model, *input.cad, making);
     for (const std::string& text : result.notices) run.notice(text);
     run.report.cage = mesh::summarise(*result.cage.topology);
     return result;
 }
 
-double relative_tolerance(const FitCommandOptions& options, const occ::CadReference& reference) {
+double relative_tolerance(const FitCommandOptions& options,
+                          const geom::ReferenceSurface& reference) {
     const double diagonal = reference.bounds().diagonal();
     return base::parse_length(options.tolerance).in_millimetres(diagonal) / diagonal;
 }
@@ -278,7 +236,7 @@ void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUni
 
 occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOptions& options,
                             base::LengthUnit unit, double tolerance_mm,
-                            const occ::CadReference* source) {
+                            const geom::ReferenceSurface* source) {
     occ::file_format(options.file);  // refuses an unknown extension before the work
     patch::ExtractOptions extract_options{.tolerance_mm = tolerance_mm};
     if (options.continuity == "refined") extract_options.join = patch::Join::Refined;
@@ -314,8 +272,8 @@ occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOption
 
 namespace {
 
-report::DeviationFigures::LongSharpCurves long_sharp_curves(const occ::CadReference& output,
-                                                            const occ::CadReference& input,
+report::DeviationFigures::LongSharpCurves long_sharp_curves(const geom::ModelSurface& output,
+                                                            const geom::ModelSurface& input,
                                                             double tolerance_mm) {
     constexpr double long_in_tolerances = 100.0;
     report::DeviationFigures::LongSharpCurves result{
@@ -331,11 +289,11 @@ report::DeviationFigures::LongSharpCurves long_sharp_curves(const occ::CadRefere
 
 }  // namespace
 
-void compare_models(Run& run, const occ::CadReference& output, const occ::CadReference& input,
+void compare_models(Run& run, const geom::ModelSurface& output, const geom::ModelSurface& input,
                     int samples, std::optional<double> tolerance_mm) {
     const occ::DeviationMeasure measure{.samples = samples, .progress = run.progress()};
     const auto kind = geom::FeatureKind::Sharp;
-    const auto count = [&](const occ::CadReference& reference) {
+    const auto count = [&](const geom::ModelSurface& reference) {
         const auto& curves = reference.features().curves;
         return static_cast<int>(std::count_if(curves.begin(), curves.end(),
                                               [&](const auto& c) { return c.kind == kind; }));
@@ -361,7 +319,7 @@ fit::Symmetry symmetry_option(const std::string& name) {
 
 }  // namespace
 
-mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const occ::CadReference& reference,
+mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ReferenceSurface& reference,
                     const FitCommandOptions& options) {
     const double diagonal = reference.bounds().diagonal();
     const double tolerance = base::parse_length(options.tolerance).in_millimetres(diagonal);

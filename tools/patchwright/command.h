@@ -3,6 +3,7 @@
 
 #include <patchwright/base/progress.h>
 #include <patchwright/base/units.h>
+#include <patchwright/geom/mesh_reference.h>
 #include <patchwright/layout/make_cage.h>
 #include <patchwright/mesh/cage.h>
 #include <patchwright/occ/cad_reference.h>
@@ -11,6 +12,7 @@
 #include <CLI/CLI.hpp>
 
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -95,16 +97,44 @@ class Run {
     std::chrono::steady_clock::time_point stage_start_;
 };
 
-/// A CAD file as read and sewn.
+/// A file as read: a CAD model, sewn, or triangles.
 struct Input {
-    occ::CadModel model;
+    std::optional<occ::CadModel> model;         ///< nothing for triangles
+    std::unique_ptr<geom::MeshReference> mesh;  ///< nothing for CAD models
+    std::unique_ptr<occ::CadReference> cad;     ///< see prepare
+    double sharp_angle_deg = 0.0;               ///< as asked for
     report::SolidFigures figures;
-    occ::ReadReport read;
+    occ::ReadReport read;  ///< of CAD models
+    geom::MeshRepair repair;
+
+    /// @pre prepared
+    [[nodiscard]] const geom::ModelSurface& reference() const {
+        if (mesh) return *mesh;
+        return *cad;
+    }
 };
 
-/// Reads a CAD file and fills report.input.
-Input read_input(Run& run, const std::string& file, const std::string& input_unit,
-                 bool heal = true);
+struct InputOptions {
+    std::string unit;              ///< overrides what the file says; empty: as it says
+    bool heal = true;              ///< CAD models: sew and turn faces
+    double sharp_angle_deg = 0.0;  ///< 0: as is usual for the kind of file
+};
+
+constexpr const char* input_help = "STEP, IGES, BREP, or triangles: STL, OBJ";
+
+void add_input_options(CLI::App& command, InputOptions& options);
+
+/// Reads a CAD file or triangles and fills report.input.
+Input read_input(Run& run, const std::string& file, const InputOptions& options = {});
+
+/// Makes the reference of a CAD model; triangles have theirs.
+void prepare(Run& run, Input& input);
+
+/// Says so where the tolerance is less than the triangles' own distance from what they stand for.
+void note_chord_error(Run& run, const Input& input, double tolerance_mm);
+
+/// What a model holds, as it is written into reports.
+report::SolidFigures solid_figures(const std::string& file, const occ::CadModel& model);
 
 /// Reads a cage whose numbers are in `unit`, in millimetres; fills report.cage.
 mesh::Cage read_cage(Run& run, const std::string& file, base::LengthUnit unit);
@@ -119,9 +149,10 @@ struct LayoutOptions {
 
 void add_layout_options(CLI::App& command, LayoutOptions& options);
 
-/// Makes a cage from the CAD model; fills report.cage.
-layout::CageResult make_cage(Run& run, const Input& input, const occ::CadReference& reference,
-                             const LayoutOptions& options, double tolerance_rel);
+/// Makes a cage from the input; fills report.cage.
+/// @pre the input is prepared
+layout::CageResult make_cage(Run& run, const Input& input, const LayoutOptions& options,
+                             double tolerance_rel);
 
 /// Writes a cage, atomically, in `unit`.
 void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUnit unit);
@@ -132,20 +163,21 @@ void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUni
 /// @param source  the CAD that the cage was fitted to, if any: names and colours faces
 occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOptions& options,
                             base::LengthUnit unit, double tolerance_mm,
-                            const occ::CadReference* source = nullptr);
+                            const geom::ReferenceSurface* source = nullptr);
 
 /// Measures both ways and fills report.deviation.
 /// @param tolerance_mm  with one, the input's sharp curves longer than 100 times it are looked at
 ///                      one by one
-void compare_models(Run& run, const occ::CadReference& output, const occ::CadReference& input,
+void compare_models(Run& run, const geom::ModelSurface& output, const geom::ModelSurface& input,
                     int samples, std::optional<double> tolerance_mm = std::nullopt);
 
 /// Fits and fills report.fit; the tolerance is for the final, two-sided deviation.
-mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const occ::CadReference& reference,
+mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ReferenceSurface& reference,
                     const FitCommandOptions& options);
 
 /// The tolerance as a fraction of the reference's diagonal.
-double relative_tolerance(const FitCommandOptions& options, const occ::CadReference& reference);
+double relative_tolerance(const FitCommandOptions& options,
+                          const geom::ReferenceSurface& reference);
 
 /// Each registers its subcommand; `exit_code` receives what the run ends with.
 void register_cage(CLI::App& app, int& exit_code);

@@ -20,7 +20,8 @@ struct ConvertOptions {
     OutputOptions output;
     FitCommandOptions fit;
     LayoutOptions layout;
-    std::string input, cage, cage_out, input_unit;
+    InputOptions read;
+    std::string input, cage, cage_out;
     int samples = 20000;
 };
 
@@ -47,7 +48,7 @@ double caps(const Run& run) { return caps_share * run.report.fit->tolerance; }
 /// Fits, writes and measures.
 /// @param share  of the tolerance that the fit is to meet
 Attempt attempt_once(Run& run, const ConvertOptions& options, const mesh::Cage& cage,
-                     FitCommandOptions fit, const occ::CadReference& reference, double share) {
+                     FitCommandOptions fit, const geom::ModelSurface& reference, double share) {
     Attempt result;
     const double diagonal = reference.bounds().diagonal();
     result.tolerance = relative_tolerance(fit, reference);
@@ -81,7 +82,7 @@ void take(Run& run, const Attempt& attempt) {
 /// The same, and once more from the fitted cage with less tolerance where the fit took for met what
 /// is just missed when measured both ways. What is missed by far, a fit does not cover at all.
 Attempt attempt(Run& run, const ConvertOptions& options, const mesh::Cage& cage,
-                FitCommandOptions fit, const occ::CadReference& reference) {
+                FitCommandOptions fit, const geom::ModelSurface& reference) {
     constexpr double tighter = 0.6, just = 1.5;
     constexpr int more_levels = 3;
     Attempt first = attempt_once(run, options, cage, fit, reference, 1.0);
@@ -149,14 +150,14 @@ LayoutOptions next_layout(const LayoutOptions& last, const Attempt& attempt, lay
 }
 
 /// Makes cages until one meets the tolerance; the best one's output is what is left on disk.
-Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& input,
-                      const occ::CadReference& reference) {
+Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& input) {
+    const geom::ModelSurface& reference = input.reference();
     const double tolerance = relative_tolerance(options.fit, reference);
     LayoutOptions how = options.layout;
     std::optional<Attempt> best;
     bool best_is_written = true;
     for (int number = 1; number <= most_tries; ++number) {
-        const layout::CageResult made = make_cage(run, input, reference, how, tolerance);
+        const layout::CageResult made = make_cage(run, input, how, tolerance);
         run.end_stage("layout");
         const int faces = made.cage.topology->face_count();
         if (best && faces > most_faces_again) {
@@ -189,19 +190,24 @@ int convert(const ConvertOptions& options) {
     Run run(options.common);
     mesh::Cage cage;
     if (!options.cage.empty()) cage = read_cage(run, options.cage, cage_unit);
-    const Input input = read_input(run, options.input, options.input_unit);
-    for (const auto& [a, b] : occ::overlapping_solids(input.model)) {
-        run.notice(fmt::format("solids {} and {} of {} overlap; they stay separate bodies", a, b,
-                               options.input));
+    Input input = read_input(run, options.input, options.read);
+    if (input.model) {
+        for (const auto& [a, b] : occ::overlapping_solids(*input.model)) {
+            run.notice(fmt::format("solids {} and {} of {} overlap; they stay separate bodies", a,
+                                   b, options.input));
+        }
     }
     if (options.output.unit != "input")
         run.report.unit = base::parse_length_unit(options.output.unit);
-    const occ::CadReference reference(input.model, {.progress = run.progress()});
+    prepare(run, input);
+    const geom::ModelSurface& reference = input.reference();
+    note_chord_error(run, input,
+                     relative_tolerance(options.fit, reference) * reference.bounds().diagonal());
     if (!options.cage.empty()) {
         run.end_stage("layout");
         return finish(run, options, attempt(run, options, cage, options.fit, reference));
     }
-    return finish(run, options, best_of_tries(run, options, input, reference));
+    return finish(run, options, best_of_tries(run, options, input));
 }
 
 }  // namespace
@@ -210,12 +216,11 @@ void register_convert(CLI::App& app, int& exit_code) {
     auto options = std::make_shared<ConvertOptions>();
     CLI::App* command = app.add_subcommand(
         "convert", "CAD file, with or without a cage, to one clean solid, measured");
-    command->add_option("input", options->input, "CAD file: STEP, IGES or BREP")->required();
+    command->add_option("input", options->input, input_help)->required();
     command->add_option("--cage", options->cage,
                         "control mesh (OBJ); left away: made from the CAD");
     command->add_option("--cage-out", options->cage_out, "write the fitted control mesh (OBJ)");
-    command->add_option("--input-unit", options->input_unit,
-                        "overrides the unit written in the input");
+    add_input_options(*command, options->read);
     command->add_option("--samples", options->samples, "samples for the deviation, each way")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();

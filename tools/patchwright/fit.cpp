@@ -10,7 +10,8 @@ struct FitOnlyOptions {
     CommonOptions common;
     FitCommandOptions fit;
     LayoutOptions layout;
-    std::string input, cage, output, input_unit;
+    InputOptions read;
+    std::string input, cage, output;
 };
 
 int fit_only(const FitOnlyOptions& options) {
@@ -19,12 +20,14 @@ int fit_only(const FitOnlyOptions& options) {
     Run run(options.common);
     mesh::Cage cage;
     if (!options.cage.empty()) cage = read_cage(run, options.cage, cage_unit);
-    const Input input = read_input(run, options.input, options.input_unit);
-    const occ::CadReference reference(input.model, {.progress = run.progress()});
+    Input input = read_input(run, options.input, options.read);
+    prepare(run, input);
+    const geom::ModelSurface& reference = input.reference();
+    const double tolerance = relative_tolerance(options.fit, reference);
+    note_chord_error(run, input, tolerance * reference.bounds().diagonal());
     FitCommandOptions fit = options.fit;
     if (options.cage.empty()) {
-        const double tolerance = relative_tolerance(options.fit, reference);
-        layout::CageResult made = make_cage(run, input, reference, options.layout, tolerance);
+        layout::CageResult made = make_cage(run, input, options.layout, tolerance);
         cage = std::move(made.cage);
         fit = for_made_cage(fit, made.method);
     }
@@ -42,12 +45,11 @@ void register_fit(CLI::App& app, int& exit_code) {
     auto options = std::make_shared<FitOnlyOptions>();
     CLI::App* command =
         app.add_subcommand("fit", "fit a cage to a CAD file, write the fitted cage");
-    command->add_option("input", options->input, "CAD file: STEP, IGES or BREP")->required();
+    command->add_option("input", options->input, input_help)->required();
     command->add_option("--cage", options->cage,
                         "control mesh (OBJ); left away: made from the CAD");
     command->add_option("-o,--output", options->output, "fitted control mesh (OBJ)")->required();
-    command->add_option("--input-unit", options->input_unit,
-                        "overrides the unit written in the input");
+    add_input_options(*command, options->read);
     add_layout_options(*command, options->layout);
     add_fit_options(*command, options->fit);
     add_common_options(*command, options->common, true);

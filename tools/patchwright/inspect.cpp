@@ -1,7 +1,9 @@
 #include "command.h"
 
+#include <patchwright/geom/mesh_figures.h>
 #include <patchwright/occ/inspect_closely.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -11,8 +13,8 @@ namespace {
 
 struct InspectOptions {
     CommonOptions common;
-    std::string file, input_unit;
-    double sharp_angle_deg = 20.0;
+    InputOptions read;
+    std::string file;
     bool no_heal = false;
 };
 
@@ -47,14 +49,47 @@ report::DetailFigures detail_figures(const Input& input, const occ::CloseInspect
             .faces_turned = input.read.faces_turned};
 }
 
+report::DetailFigures mesh_details(const Input& input) {
+    const geom::MeshFigures m = geom::measure_mesh(input.mesh->mesh(), input.figures.closed);
+    const geom::Features& features = input.mesh->features();
+    const auto curves = [&](geom::FeatureKind kind) {
+        return static_cast<int>(std::count_if(features.curves.begin(), features.curves.end(),
+                                              [&](const auto& c) { return c.kind == kind; }));
+    };
+    const int lines = static_cast<int>(input.mesh->feature_sides().size());
+    const geom::TriangleMesh& mesh = input.mesh->mesh();
+    return {.smallest_face = m.smallest,
+            .narrowest_face = m.narrowest,
+            .smallest_area = m.smallest_area,
+            .narrowest_width = m.narrowest_width,
+            .shortest_edge = m.shortest_side,
+            .shortest_edge_at = m.shortest_at,
+            .sharp_edges = lines - m.free_sides,
+            .smooth_edges = m.sides - lines,
+            .sharp_curves = curves(geom::FeatureKind::Sharp),
+            .free_curves = curves(geom::FeatureKind::Free),
+            .corners = static_cast<int>(features.corners.size()),
+            .centre_of_mass = m.centre,
+            .principal_moments = m.moments,
+            .moments_of_volume = input.figures.closed,
+            .named_faces = static_cast<int>(std::count_if(mesh.part.begin(), mesh.part.end(),
+                                                          [](int part) { return part >= 0; })),
+            .duplicates_dropped = input.repair.duplicates,
+            .slivers_dropped = input.repair.degenerate,
+            .faces_turned = input.repair.turned};
+}
+
 int inspect(const InspectOptions& options) {
     Run run(options.common);
-    const Input input = read_input(run, options.file, options.input_unit, !options.no_heal);
+    InputOptions read = options.read;
+    read.heal = !options.no_heal;
+    const Input input = read_input(run, options.file, read);
     run.report.solid = input.figures;
-    run.report.details = detail_figures(
-        input, occ::inspect_closely(input.model,
-                                    {.sharp_angle_rad = options.sharp_angle_deg * M_PI / 180.0,
-                                     .progress = run.progress()}));
+    occ::CloseInspectionOptions closely{.progress = run.progress()};
+    if (read.sharp_angle_deg > 0.0) closely.sharp_angle_rad = read.sharp_angle_deg * M_PI / 180.0;
+    run.report.details = input.mesh
+                             ? mesh_details(input)
+                             : detail_figures(input, occ::inspect_closely(*input.model, closely));
     run.end_stage("check");
     run.finish();
     return Done;
@@ -66,16 +101,10 @@ void register_inspect(CLI::App& app, int& exit_code) {
     auto options = std::make_shared<InspectOptions>();
     CLI::App* command =
         app.add_subcommand("inspect", "what is in a CAD file, after reading and sewing");
-    command->add_option("file", options->file, "CAD file: STEP, IGES or BREP")->required();
-    command->add_option("--input-unit", options->input_unit,
-                        "overrides the unit written in the file");
+    command->add_option("file", options->file, input_help)->required();
+    add_input_options(*command, options->read);
     command->add_flag("--no-heal", options->no_heal,
-                      "as it is in the file: nothing sewn or turned");
-    command
-        ->add_option("--sharp-angle", options->sharp_angle_deg,
-                     "edges whose faces differ by more than this are sharp, degrees")
-        ->check(CLI::Range(0.1, 179.0))
-        ->capture_default_str();
+                      "CAD: as it is in the file, nothing sewn or turned");
     add_common_options(*command, options->common, true);
     command->callback([options, &exit_code] { exit_code = inspect(*options); });
 }

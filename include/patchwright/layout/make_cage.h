@@ -1,7 +1,8 @@
-// Control meshes from CAD models.
+// Control meshes from CAD models and triangles.
 #pragma once
 
 #include <patchwright/base/progress.h>
+#include <patchwright/geom/mesh_reference.h>
 #include <patchwright/mesh/cage.h>
 #include <patchwright/occ/cad_model.h>
 #include <patchwright/occ/cad_reference.h>
@@ -46,5 +47,8 @@ struct CageResult {
 ///        is found
 CageResult make_cage(const occ::CadModel& model, const occ::CadReference& reference,
                      const CageOptions& options = {});
+
+/// The same from triangles: regions between sharp sides are what faces are for CAD models.
+CageResult make_cage(const geom::MeshReference& reference, const CageOptions& options = {});
 
 }  // namespace patchwright::layout
