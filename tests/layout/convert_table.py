@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 
-SUFFIXES = {".step", ".stp", ".iges", ".igs", ".brep", ".brp"}
+SUFFIXES = {".stl", ".step", ".stp", ".iges", ".igs", ".brep", ".brp"}
 HEADER = ("| input | faces in | cage faces | extraordinary vertices | patches | closed, valid | "
           "deviation out to in, in to out (of the diagonal) | tolerance | long sharp curves kept | seconds |")
 

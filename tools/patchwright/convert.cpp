@@ -149,6 +149,15 @@ LayoutOptions next_layout(const LayoutOptions& last, const Attempt& attempt, lay
     return next;
 }
 
+/// What the next cage will be like, for the user; empty when it would be the same again.
+std::string describe_next(const LayoutOptions& last, const LayoutOptions& next) {
+    if (next.method != last.method) return "too far for a layout along the shape: remeshed next";
+    if (next.fineness != last.fineness) return "next with twice as many lines";
+    const std::size_t places = next.finer_at.size() - last.finer_at.size();
+    if (places == 0) return {};
+    return fmt::format("next with edges of half the length around {} places", places);
+}
+
 /// Makes cages until one meets the tolerance; the best one's output is what is left on disk.
 Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& input) {
     const geom::ModelSurface& reference = input.reference();
@@ -156,6 +165,7 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
     LayoutOptions how = options.layout;
     std::optional<Attempt> best;
     bool best_is_written = true;
+    int best_number = 0;
     for (int number = 1; number <= most_tries; ++number) {
         const layout::CageResult made = make_cage(run, input, how, tolerance);
         run.end_stage("layout");
@@ -167,14 +177,27 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
         Attempt now =
             attempt(run, options, made.cage, for_made_cage(options.fit, made.method), reference);
         const bool met = now.met();
-        if (!met || number > 1)
-            run.notice(fmt::format("cage {} of {} faces leaves {:.2g} of the diagonal", number,
-                                   faces, now.deviation));
-        how = next_layout(how, now, made.method, reference.bounds().diagonal());
+        const LayoutOptions next =
+            next_layout(how, now, made.method, reference.bounds().diagonal());
+        const std::string another =
+            met || number == most_tries ? std::string() : describe_next(how, next);
+        if (!met || number > 1) {
+            run.notice(fmt::format("cage {} of {} faces leaves {:.2g} of the diagonal{}{}{}",
+                                   number, faces, now.deviation,
+                                   now.valid ? "" : ", and the shape is not valid",
+                                   another.empty() ? "" : "; ", another));
+        }
+        how = next;
         best_is_written = !best || now.better_than(*best);
-        if (best_is_written) best = std::move(now);
-        if (met) break;
+        if (best_is_written) {
+            best = std::move(now);
+            best_number = number;
+        }
+        if (another.empty()) break;
     }
+    if (!best->met())
+        run.notice(
+            fmt::format("no cage meets the tolerance; kept is the result of cage {}", best_number));
     take(run, *best);
     if (!best_is_written) {
         write_patches(run, best->fitted, options.output, run.report.unit, caps(run), &reference);
