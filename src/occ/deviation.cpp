@@ -47,13 +47,16 @@ fit::Deviation measure_deviation(const geom::ModelSurface& from, const geom::Mod
     const double diagonal = from.bounds().diagonal();
     fit::Deviation result =
         fit::deviation_statistics(distances, {.apart_mm = places_apart * diagonal});
-    if (options.with_bound) {
-        result.bound = deviation_bound(from, to,
-                                       {.at_least = result.max,
-                                        .slack_mm = bound_slack * diagonal,
-                                        .progress = options.progress});
-    }
+    if (options.with_bound) result.bound = measure_bound(from, to, result.max, options.progress);
     return result;
+}
+
+double measure_bound(const geom::ModelSurface& from, const geom::ModelSurface& to, double found_mm,
+                     const base::Progress& progress) {
+    return deviation_bound(from, to,
+                           {.at_least = found_mm,
+                            .slack_mm = bound_slack * from.bounds().diagonal(),
+                            .progress = progress});
 }
 
 std::optional<fit::Deviation> measure_feature_deviation(const geom::ModelSurface& from,

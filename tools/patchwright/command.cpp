@@ -290,8 +290,9 @@ report::DeviationFigures::LongSharpCurves long_sharp_curves(const geom::ModelSur
 }  // namespace
 
 void compare_models(Run& run, const geom::ModelSurface& output, const geom::ModelSurface& input,
-                    int samples, std::optional<double> tolerance_mm) {
-    const occ::DeviationMeasure measure{.samples = samples, .progress = run.progress()};
+                    int samples, std::optional<double> tolerance_mm, bool with_bound) {
+    const occ::DeviationMeasure measure{
+        .samples = samples, .with_bound = with_bound, .progress = run.progress()};
     const auto kind = geom::FeatureKind::Sharp;
     const auto count = [&](const geom::ModelSurface& reference) {
         const auto& curves = reference.features().curves;
@@ -307,6 +308,13 @@ void compare_models(Run& run, const geom::ModelSurface& output, const geom::Mode
         .sharp_input_to_output = occ::measure_feature_deviation(input, output, kind)};
     if (tolerance_mm)
         run.report.deviation->long_sharp = long_sharp_curves(output, input, *tolerance_mm);
+}
+
+void bound_deviation(Run& run, const geom::ModelSurface& output, const geom::ModelSurface& input) {
+    fit::Deviation& out = run.report.deviation->output_to_input;
+    fit::Deviation& back = run.report.deviation->input_to_output;
+    out.bound = occ::measure_bound(output, input, out.max, run.progress());
+    back.bound = occ::measure_bound(input, output, back.max, run.progress());
 }
 
 namespace {

@@ -169,7 +169,11 @@ occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOption
 /// @param tolerance_mm  with one, the input's sharp curves longer than 100 times it are looked at
 ///                      one by one
 void compare_models(Run& run, const geom::ModelSurface& output, const geom::ModelSurface& input,
-                    int samples, std::optional<double> tolerance_mm = std::nullopt);
+                    int samples, std::optional<double> tolerance_mm = std::nullopt,
+                    bool with_bound = true);
+
+/// Adds the bounds that compare_models left out.
+void bound_deviation(Run& run, const geom::ModelSurface& output, const geom::ModelSurface& input);
 
 /// Fits and fills report.fit; the tolerance is for the final, two-sided deviation.
 mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ReferenceSurface& reference,

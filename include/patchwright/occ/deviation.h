@@ -19,6 +19,11 @@ struct DeviationMeasure {
 fit::Deviation measure_deviation(const geom::ModelSurface& from, const geom::ModelSurface& to,
                                  const DeviationMeasure& options = {});
 
+/// A distance that no point of `from` exceeds, to be put into fit::Deviation::bound afterwards.
+/// @param found_mm  the largest distance that is known, from samples
+double measure_bound(const geom::ModelSurface& from, const geom::ModelSurface& to, double found_mm,
+                     const base::Progress& progress = {});
+
 /// From the feature curves of one kind of `from`, sampled evenly by length, to the nearest ones of
 /// `to`; `face` is the number of the curve. Nothing when one of them has no such curve.
 /// @throw InvalidArgument when there are no samples
