@@ -1,6 +1,6 @@
 #include "layout/quads.h"
+#include "layout/recognise.h"
 #include "layout/remesh.h"
-#include "layout/wing.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/layout/make_cage.h>
@@ -131,22 +131,23 @@ struct Source {
     std::vector<std::string> names;  ///< one a face, for groups
 };
 
-std::vector<Blocks> remeshed(const occ::SurfaceMesh& surface, const Source& source,
-                             const CageOptions& options, double scale) {
+Blocks remeshed(const Body& body, const Source& source, const CageOptions& options, double scale) {
+    TriMesh mesh(part_of(body, kept_curves(source.reference)));
+    RemeshOptions remeshing;
+    remeshing.size.tolerance_rel = options.tolerance_rel;
+    remeshing.size.fineness = options.fineness;
+    remeshing.size.scale = scale;
+    remeshing.size.finer_at = options.finer_at;
+    remeshing.progress = options.progress;
+    remesh(mesh, source.reference, remeshing);
+    return quad_blocks(mesh, source.reference.features(), source.names);
+}
+
+std::vector<Blocks> all_remeshed(const occ::SurfaceMesh& surface, const Source& source,
+                                 const CageOptions& options, double scale) {
     std::vector<Blocks> parts;
-    const geom::ModelSurface& reference = source.reference;
-    const auto kept = kept_curves(reference);
-    for (const Body& body : bodies_of(surface)) {
-        TriMesh mesh(part_of(body, kept));
-        RemeshOptions remeshing;
-        remeshing.size.tolerance_rel = options.tolerance_rel;
-        remeshing.size.fineness = options.fineness;
-        remeshing.size.scale = scale;
-        remeshing.size.finer_at = options.finer_at;
-        remeshing.progress = options.progress;
-        remesh(mesh, reference, remeshing);
-        parts.push_back(quad_blocks(mesh, reference.features(), source.names));
-    }
+    for (const Body& body : bodies_of(surface))
+        parts.push_back(remeshed(body, source, options, scale));
     return parts;
 }
 
@@ -156,23 +157,42 @@ std::size_t face_count(const std::vector<Blocks>& parts) {
     return count;
 }
 
-/// Nothing when a body is no wing.
-std::optional<std::vector<Blocks>> all_wings(const occ::SurfaceMesh& mesh,
-                                             const geom::ModelSurface& reference,
-                                             const CageOptions& options) {
+std::vector<Recognised> recognise_all(const std::vector<Body>& bodies,
+                                      const geom::ModelSurface& reference, double fineness) {
+    std::vector<Recognised> result;
+    for (const Body& body : bodies) result.push_back(recognise(body, reference, fineness));
+    return result;
+}
+
+/// Blocks of every body that is recognised; of the others remeshed ones, but only where at least
+/// one is recognised and `remesh` allows it. Else there are no parts, only texts.
+struct Aligned {
+    std::vector<Blocks> parts;
+    std::vector<std::string> texts;
+    bool whole = false;  ///< every body is recognised
+};
+
+Aligned aligned(const occ::SurfaceMesh& mesh, const Source& source, const CageOptions& options) {
+    const std::vector<Body> bodies = bodies_of(mesh);
     double fineness = options.fineness;
     for (int round = 0;; ++round) {
-        const WingOptions wing{.columns = std::max(5, int(std::lround(8 * std::sqrt(fineness)))),
-                               .spans = std::max(1, int(std::lround(5 * fineness)))};
-        std::vector<Blocks> parts;
-        for (const Body& body : bodies_of(mesh)) {
-            auto blocks = wing_blocks(body, reference, wing);
-            if (!blocks) return std::nullopt;
-            parts.push_back(std::move(*blocks));
+        Aligned result;
+        std::size_t known = 0;
+        std::vector<Recognised> found = recognise_all(bodies, source.reference, fineness);
+        for (const Recognised& one : found) {
+            result.texts.push_back(one.text);
+            known += one.blocks ? 1 : 0;
         }
-        if (options.target_faces == 0 || round == rounds_of_scaling) return parts;
-        const double ratio = options.target_faces / double(face_count(parts));
-        if (std::abs(std::log(ratio)) < near_enough) return parts;
+        result.whole = known == bodies.size();
+        if (known == 0 || (!result.whole && options.method == Method::Aligned)) return result;
+        for (std::size_t i = 0; i < found.size(); ++i)
+            result.parts.push_back(found[i].blocks
+                                       ? std::move(*found[i].blocks)
+                                       : remeshed(bodies[i], source, options,
+                                                  std::pow(fineness / options.fineness, -0.75)));
+        if (options.target_faces == 0 || round == rounds_of_scaling) return result;
+        const double ratio = options.target_faces / double(face_count(result.parts));
+        if (std::abs(std::log(ratio)) < near_enough) return result;
         fineness *= std::pow(ratio, 2.0 / 3.0);  // columns go by its root
     }
 }
@@ -186,33 +206,32 @@ CageResult make_cage(const Source& source, const CageOptions& options) {
     const double diagonal = reference.bounds().diagonal();
     CageResult result;
     std::vector<Blocks> parts;
-    bool all_aligned = false;
     if (options.method != Method::Remesh) {
         const occ::SurfaceMesh fine = source.triangles(fine_deflection_rel * diagonal);
-        if (auto wings = all_wings(fine, reference, options)) {
-            all_aligned = true;
-            parts = std::move(*wings);
-        }
+        Aligned found = aligned(fine, source, options);
+        parts = std::move(found.parts);
+        result.layout = std::move(found.texts);
+        if (found.whole) result.method = Method::Aligned;
     }
-    if (options.method == Method::Remesh || !all_aligned) {
+    if (parts.empty()) {
         if (options.method == Method::Aligned)
             throw base::InputError(
-                "no layout was recognised for the model; use --layout remesh or auto");
+                fmt::format("no layout was recognised for the model ({}); use --layout remesh or "
+                            "auto",
+                            fmt::join(result.layout, "; ")));
         const occ::SurfaceMesh surface = source.triangles(deflection_rel * diagonal);
-        parts = remeshed(surface, source, options, 1.0);
+        parts = all_remeshed(surface, source, options, 1.0);
         double scale = 1.0;
         for (int round = 0; round < rounds_of_scaling && options.target_faces > 0; ++round) {
             const double ratio = double(face_count(parts)) / options.target_faces;
             if (std::abs(std::log(ratio)) < near_enough) break;
             scale *= std::sqrt(ratio);
-            parts = remeshed(surface, source, options, scale);
+            parts = all_remeshed(surface, source, options, scale);
         }
         if (surface.faces_without > 0)
             result.notices.push_back(
                 fmt::format("{} faces could not be triangulated and are holes in the cage",
                             surface.faces_without));
-    } else {
-        result.method = Method::Aligned;
     }
     result.cage = joined(parts);
     return result;

@@ -44,15 +44,62 @@ double SectionLoop::length() const {
     return sum;
 }
 
-Slicer::Slicer(const Body& body, const Vec3& normal) : body_(body), normal_(normal) {
+void SectionLoop::reverse() {
+    std::reverse(points.begin(), points.end());
+    for (Crossing& c : crossings) c.point = int(points.size()) - 1 - c.point;
+}
+
+std::vector<SectionLoop> rims(const Body& body) {
+    const occ::SurfaceMesh& mesh = *body.mesh;
+    std::map<std::pair<int, int>, int> uses;
+    for (const int t : body.triangles) {
+        const auto& c = mesh.triangles[std::size_t(t)];
+        for (std::size_t k = 0; k < 3; ++k) ++uses[std::minmax(c[k], c[(k + 1) % 3])];
+    }
+    std::map<int, int> next;
+    for (const int t : body.triangles) {
+        const auto& c = mesh.triangles[std::size_t(t)];
+        for (std::size_t k = 0; k < 3; ++k)
+            if (uses[std::minmax(c[k], c[(k + 1) % 3])] == 1) next[c[k]] = c[(k + 1) % 3];
+    }
+    std::map<int, std::set<int>> reached;
+    for (const occ::FeatureSide& f : mesh.features) {
+        const auto use = uses.find({f.v0, f.v1});
+        if (use == uses.end() || use->second == 1) continue;
+        for (const int v : {f.v0, f.v1})
+            if (next.contains(v)) reached[v].insert(f.curve);
+    }
+    std::vector<SectionLoop> loops;
+    while (!next.empty()) {
+        std::vector<int> line{next.begin()->first};
+        for (auto step = next.begin(); step != next.end(); step = next.find(line.back())) {
+            line.push_back(step->second);
+            next.erase(step);
+        }
+        SectionLoop loop;
+        loop.closed = line.front() == line.back();
+        if (loop.closed) line.pop_back();
+        for (const int v : line) {
+            for (const int curve : reached[v])
+                loop.crossings.push_back({int(loop.points.size()), curve});
+            loop.points.push_back(mesh.points.row(v));
+        }
+        loops.push_back(std::move(loop));
+    }
+    return loops;
+}
+
+Slicer::Slicer(const Body& body, const Vec3& normal) : body_(&body), normal_(normal) {
     const geom::Points& points = body.mesh->points;
     heights_.resize(std::size_t(points.rows()));
     for (Eigen::Index i = 0; i < points.rows(); ++i)
         heights_[std::size_t(i)] = points.row(i).dot(normal);
+    mine_.assign(heights_.size(), 0);
     low_ = std::numeric_limits<double>::infinity();
     high_ = -low_;
     for (const int t : body.triangles) {
         for (const int v : body.mesh->triangles[std::size_t(t)]) {
+            mine_[std::size_t(v)] = 1;
             low_ = std::min(low_, heights_[std::size_t(v)]);
             high_ = std::max(high_, heights_[std::size_t(v)]);
         }
@@ -60,7 +107,7 @@ Slicer::Slicer(const Body& body, const Vec3& normal) : body_(body), normal_(norm
 }
 
 std::vector<SectionLoop> Slicer::cut(double height) const {
-    const occ::SurfaceMesh& mesh = *body_.mesh;
+    const occ::SurfaceMesh& mesh = *body_->mesh;
     using Side = std::pair<int, int>;
     const auto above = [&](int v) { return heights_[std::size_t(v)] >= height; };
     const auto point_on = [&](const Side& side) {
@@ -71,7 +118,7 @@ std::vector<SectionLoop> Slicer::cut(double height) const {
     };
     std::map<Side, Side> next;
     std::set<Side> has_previous;
-    for (const int t : body_.triangles) {
+    for (const int t : body_->triangles) {
         const auto& c = mesh.triangles[std::size_t(t)];
         // A triangle's sides rise on the right of the line along normal x outward.
         std::optional<Side> from, to;
@@ -89,7 +136,7 @@ std::vector<SectionLoop> Slicer::cut(double height) const {
         if (next.contains({f.v0, f.v1}) || has_previous.contains({f.v0, f.v1}))
             feature[{f.v0, f.v1}] = f.curve;
     std::vector<SectionLoop> loops;
-    const auto follow = [&](const Side& start, bool closed) {
+    const auto follow = [&](const Side start, bool closed) {  // not a key of what it erases
         SectionLoop loop;
         loop.closed = closed;
         Side at = start;

@@ -29,7 +29,12 @@ struct SectionLoop {
     std::vector<Crossing> crossings;
 
     [[nodiscard]] double length() const;
+    void reverse();
 };
+
+/// The lines along which a body ends, with the body on their left seen from outside: at the lower
+/// end of a span they run as sections do. Crossings are where other feature curves reach them.
+std::vector<SectionLoop> rims(const Body& body);
 
 /// Cuts bodies by planes of one direction.
 class Slicer {
@@ -41,13 +46,16 @@ class Slicer {
     [[nodiscard]] double low() const { return low_; }
     [[nodiscard]] double high() const { return high_; }
     [[nodiscard]] double height(int vertex) const { return heights_[std::size_t(vertex)]; }
+    /// Whether a vertex of the mesh is one of the body's.
+    [[nodiscard]] bool holds(int vertex) const { return mine_[std::size_t(vertex)] != 0; }
     [[nodiscard]] const geom::Vec3& normal() const { return normal_; }
-    [[nodiscard]] const Body& body() const { return body_; }
+    [[nodiscard]] const Body& body() const { return *body_; }
 
   private:
-    const Body& body_;
+    const Body* body_;
     geom::Vec3 normal_;
     std::vector<double> heights_;
+    std::vector<char> mine_;
     double low_ = 0.0, high_ = 0.0;
 };
 

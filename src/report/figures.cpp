@@ -72,6 +72,11 @@ class SectionWriter {
         row("features",
             "{} creases, {} corners, {} extraordinary vertices, {} boundary edges, {} pins",
             c.creases, c.corners, c.extraordinary, c.boundary_edges, c.pins);
+        constexpr std::size_t most_bodies = 5;
+        for (std::size_t i = 0; i < std::min(most_bodies, report_.layout.size()); ++i)
+            row("layout", "{}", report_.layout[i]);
+        if (report_.layout.size() > most_bodies)
+            row("layout", "and {} bodies more", report_.layout.size() - most_bodies);
     }
     void fit(const FitFigures& f) {
         sections_.push_back({"Fit", {}});

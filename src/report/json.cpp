@@ -25,6 +25,7 @@ class Writer {
         json["unit"] = base::short_name(report_.unit);
         if (report_.input) json["input"] = input(*report_.input);
         if (report_.cage) json["cage"] = cage(*report_.cage);
+        if (report_.cage && !report_.layout.empty()) json["cage"]["layout"] = report_.layout;
         if (report_.fit) json["fit"] = fit(*report_.fit);
         if (report_.patches) json["patches"] = patches(*report_.patches);
         if (report_.solid) json["solid"] = solid(*report_.solid);

@@ -210,6 +210,7 @@ layout::CageResult make_cage(Run& run, const Input& input, const LayoutOptions& 
                                            : layout::make_cage(*input.model, *input.cad, making);
     for (const std::string& text : result.notices) run.notice(text);
     run.report.cage = mesh::summarise(*result.cage.topology);
+    run.report.layout = result.layout;
     return result;
 }
 
@@ -221,7 +222,8 @@ double relative_tolerance(const FitCommandOptions& options,
 
 FitCommandOptions for_made_cage(FitCommandOptions options, layout::Method method) {
     constexpr int most_levels = 2, most_vertices = 40000;
-    options.keeps_form = false;
+    // Remeshed faces have the form they happen to have.
+    options.keeps_form = method == layout::Method::Aligned;
     if (method == layout::Method::Aligned) return options;
     options.max_levels = std::min(options.max_levels, most_levels);
     options.max_vertices = std::min(options.max_vertices, most_vertices);

@@ -180,25 +180,38 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
             run.notice(fmt::format("another cage would have {} faces: not tried", faces));
             break;
         }
-        Attempt now =
-            attempt(run, options, made.cage, for_made_cage(options.fit, made.method), reference);
-        const bool met = now.met();
+        // The form of a recognised shape's cage is worth holding on to, but not at any price.
+        std::optional<Attempt> of_this;
+        bool met = false;
+        for (const bool held : {true, false}) {
+            if (held && made.method != layout::Method::Aligned) continue;
+            FitCommandOptions fit = for_made_cage(options.fit, made.method);
+            fit.keeps_form = held;
+            Attempt now = attempt(run, options, made.cage, fit, reference);
+            met = now.met();
+            if (held && !met)
+                run.notice(fmt::format(
+                    "cage {} of {} faces, held to its form, leaves {:.2g} of the diagonal", number,
+                    faces, now.deviation));
+            best_is_written = !best || now.better_than(*best);
+            if (best_is_written) {
+                best = now;
+                best_number = number;
+            }
+            if (!of_this || now.better_than(*of_this)) of_this = std::move(now);
+            if (met) break;
+        }
         const LayoutOptions next =
-            next_layout(how, now, made.method, reference.bounds().diagonal());
+            next_layout(how, *of_this, made.method, reference.bounds().diagonal());
         const std::string another =
             met || number == most_tries ? std::string() : describe_next(how, next);
         if (!met || number > 1) {
             run.notice(fmt::format("cage {} of {} faces leaves {:.2g} of the diagonal{}{}{}",
-                                   number, faces, now.deviation,
-                                   now.valid ? "" : ", and the shape is not valid",
+                                   number, faces, of_this->deviation,
+                                   of_this->valid ? "" : ", and the shape is not valid",
                                    another.empty() ? "" : "; ", another));
         }
         how = next;
-        best_is_written = !best || now.better_than(*best);
-        if (best_is_written) {
-            best = std::move(now);
-            best_number = number;
-        }
         if (another.empty()) break;
     }
     if (!best->met())

@@ -36,6 +36,8 @@ struct CageResult {
     mesh::Cage cage;
     Method method = Method::Remesh;    ///< what was used: Aligned or Remesh
     std::vector<std::string> notices;  ///< one line each, for the user
+    /// One line a body unless all were to be remeshed: what it was recognised as, or why not.
+    std::vector<std::string> layout;
 };
 
 /// A cage whose limit surface is near the model: sharp edges are creases, corners corners, free

@@ -111,6 +111,8 @@ struct RunReport {
     base::LengthUnit unit = base::LengthUnit::Millimetre;  ///< of all lengths as written
     std::optional<InputFigures> input;
     std::optional<mesh::CageSummary> cage;
+    /// Of a made cage, one line a body: what it was recognised as, or why it was remeshed.
+    std::vector<std::string> layout;
     std::optional<FitFigures> fit;
     std::optional<PatchFigures> patches;
     std::optional<SolidFigures> solid;
