@@ -1,3 +1,5 @@
+#include "layout/brep_cage.h"
+#include "layout/mesh_part.h"
 #include "layout/quads.h"
 #include "layout/recognise.h"
 #include "layout/remesh.h"
@@ -58,36 +60,6 @@ std::vector<char> kept_curves(const geom::ModelSurface& reference) {
                        (2 * tight > samples || curve.greatest_angle_rad > slight_bend_rad));
     }
     return kept;
-}
-
-occ::SurfaceMesh part_of(const Body& body, const std::vector<char>& kept) {
-    const occ::SurfaceMesh& mesh = *body.mesh;
-    occ::SurfaceMesh part;
-    std::vector<int> number(std::size_t(mesh.points.rows()), -1);
-    std::vector<int> origin;
-    for (const int t : body.triangles) {
-        std::array<int, 3> corners = mesh.triangles[std::size_t(t)];
-        for (int& v : corners) {
-            int& n = number[std::size_t(v)];
-            if (n < 0) {
-                n = int(origin.size());
-                origin.push_back(v);
-                part.corners.push_back(mesh.corners[std::size_t(v)]);
-            }
-            v = n;
-        }
-        part.triangles.push_back(corners);
-        part.faces.push_back(mesh.faces[std::size_t(t)]);
-    }
-    part.points.resize(Eigen::Index(origin.size()), 3);
-    for (std::size_t i = 0; i < origin.size(); ++i)
-        part.points.row(Eigen::Index(i)) = mesh.points.row(origin[i]);
-    for (const occ::FeatureSide& f : mesh.features) {
-        const auto side = std::minmax(number[std::size_t(f.v0)], number[std::size_t(f.v1)]);
-        if (kept[std::size_t(f.curve)] == 0) continue;
-        if (side.first >= 0) part.features.push_back({side.first, side.second, f.curve});
-    }
-    return part;
 }
 
 /// One cage of all parts.
@@ -197,6 +169,23 @@ Aligned aligned(const occ::SurfaceMesh& mesh, const Source& source, const CageOp
     }
 }
 
+/// A cage of blocks along the model's faces into `result`.
+/// @return why there is none; empty: there is one
+std::string lay_out_blocks(const occ::SurfaceMesh& mesh, const Source& source,
+                           const CageOptions& options, CageResult& result) {
+    const BrepCage made = brep_parts(mesh, source.reference, source.names, options);
+    if (!made.refused.empty()) return made.refused;
+    try {
+        result.cage = joined(made.parts);
+    } catch (const base::InputError& error) {
+        return error.what();  // blocks of two faces may meet twice: then they are no cage
+    }
+    result.method = Method::Aligned;
+    result.from_faces = true;
+    result.notices.push_back("laid out in blocks along its faces");
+    return {};
+}
+
 CageResult make_cage(const Source& source, const CageOptions& options) {
     if (!(options.tolerance_rel > 0.0) || !(options.fineness > 0.0) || options.target_faces < 0)
         throw base::InvalidArgument(
@@ -212,13 +201,18 @@ CageResult make_cage(const Source& source, const CageOptions& options) {
         parts = std::move(found.parts);
         result.layout = std::move(found.texts);
         if (found.whole) result.method = Method::Aligned;
+        if (parts.empty()) {
+            const std::string refused = lay_out_blocks(fine, source, options, result);
+            if (refused.empty()) return result;
+            if (options.method == Method::Aligned)
+                throw base::InputError(
+                    fmt::format("no layout was recognised for the model ({}; no blocks: {}); use "
+                                "--layout remesh or auto",
+                                fmt::join(result.layout, "; "), refused));
+            result.notices.push_back("remeshed, as no layout of blocks was found: " + refused);
+        }
     }
     if (parts.empty()) {
-        if (options.method == Method::Aligned)
-            throw base::InputError(
-                fmt::format("no layout was recognised for the model ({}); use --layout remesh or "
-                            "auto",
-                            fmt::join(result.layout, "; ")));
         const occ::SurfaceMesh surface = source.triangles(deflection_rel * diagonal);
         parts = all_remeshed(surface, source, options, 1.0);
         double scale = 1.0;

@@ -115,9 +115,10 @@ void add_fit_options(CLI::App& command, FitCommandOptions& options) {
 
 void add_layout_options(CLI::App& command, LayoutOptions& options) {
     command
-        .add_option("--layout", options.method,
-                    "how a cage is made: aligned (blocks along the lines of a recognised shape), "
-                    "remesh (any shape, more patches), or auto (aligned where it is found)")
+        .add_option(
+            "--layout", options.method,
+            "how a cage is made: aligned (blocks along the lines of a wing or of the faces), "
+            "remesh (any shape, more patches), or auto (aligned where it is found)")
         ->check(CLI::IsMember({"aligned", "remesh", "auto"}))
         ->capture_default_str();
     command
@@ -220,12 +221,14 @@ double relative_tolerance(const FitCommandOptions& options,
     return base::parse_length(options.tolerance).in_millimetres(diagonal) / diagonal;
 }
 
-FitCommandOptions for_made_cage(FitCommandOptions options, layout::Method method) {
-    constexpr int most_levels = 2, most_vertices = 40000;
-    // Remeshed faces have the form they happen to have.
-    options.keeps_form = method == layout::Method::Aligned;
-    if (method == layout::Method::Aligned) return options;
-    options.max_levels = std::min(options.max_levels, most_levels);
+FitCommandOptions for_made_cage(FitCommandOptions options, const layout::CageResult& made) {
+    // Blocks are coarse and refined in single strips; remeshed cages grow fourfold.
+    constexpr int most_levels = 2, most_levels_of_blocks = 5, most_vertices = 40000;
+    // Remeshed faces and blocks have the form they happen to have.
+    options.keeps_form = made.method == layout::Method::Aligned && !made.from_faces;
+    if (options.keeps_form) return options;
+    options.max_levels =
+        std::min(options.max_levels, made.from_faces ? most_levels_of_blocks : most_levels);
     options.max_vertices = std::min(options.max_vertices, most_vertices);
     return options;
 }

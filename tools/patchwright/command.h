@@ -65,10 +65,9 @@ struct FitCommandOptions {
     bool keeps_form = true;     ///< see fit::FitOptions
 };
 
-/// For a cage that was made: its form is no model for the fitted one's, and a remeshed one is made
-/// anew where it is too coarse, instead of being refined again and again, which costs four times as
-/// much each time.
-FitCommandOptions for_made_cage(FitCommandOptions options, layout::Method method);
+/// For a cage that was made: its form is no model for the fitted one's, and one that is no wing's
+/// is made anew where it is too coarse, instead of being refined again and again.
+FitCommandOptions for_made_cage(FitCommandOptions options, const layout::CageResult& made);
 
 void add_fit_options(CLI::App& command, FitCommandOptions& options);
 

@@ -127,14 +127,15 @@ int finish(Run& run, const ConvertOptions& options, const Attempt& attempt,
     return attempt.met() ? Done : ToleranceMissed;
 }
 
-/// How the next cage is made: finer where the last one missed. Far off, the recognised shape is not
-/// what the model is.
-LayoutOptions next_layout(const LayoutOptions& last, const Attempt& attempt, layout::Method method,
-                          double diagonal) {
+/// How the next cage is made: finer where the last one missed. Blocks of faces have been refined
+/// already. Far off, the recognised shape is not what the model is.
+LayoutOptions next_layout(const LayoutOptions& last, const Attempt& attempt,
+                          const layout::CageResult& made, double diagonal) {
     constexpr double far_off = 10.0, radius_rel = 0.04;
     LayoutOptions next = last;
-    if (method == layout::Method::Aligned) {
-        if (attempt.deviation > far_off * attempt.tolerance && last.method == "auto")
+    if (made.method == layout::Method::Aligned) {
+        const bool off = made.from_faces || attempt.deviation > far_off * attempt.tolerance;
+        if (off && last.method == "auto")
             next.method = "remesh";
         else
             next.fineness *= 2.0;
@@ -184,8 +185,8 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
         std::optional<Attempt> of_this;
         bool met = false;
         for (const bool held : {true, false}) {
-            if (held && made.method != layout::Method::Aligned) continue;
-            FitCommandOptions fit = for_made_cage(options.fit, made.method);
+            FitCommandOptions fit = for_made_cage(options.fit, made);
+            if (held && !fit.keeps_form) continue;
             fit.keeps_form = held;
             Attempt now = attempt(run, options, made.cage, fit, reference);
             met = now.met();
@@ -201,8 +202,7 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
             if (!of_this || now.better_than(*of_this)) of_this = std::move(now);
             if (met) break;
         }
-        const LayoutOptions next =
-            next_layout(how, *of_this, made.method, reference.bounds().diagonal());
+        const LayoutOptions next = next_layout(how, *of_this, made, reference.bounds().diagonal());
         const std::string another =
             met || number == most_tries ? std::string() : describe_next(how, next);
         if (!met || number > 1) {

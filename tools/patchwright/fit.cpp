@@ -29,7 +29,7 @@ int fit_only(const FitOnlyOptions& options) {
     if (options.cage.empty()) {
         layout::CageResult made = make_cage(run, input, options.layout, tolerance);
         cage = std::move(made.cage);
-        fit = for_made_cage(fit, made.method);
+        fit = for_made_cage(fit, made);
     }
     run.end_stage("layout");
     const mesh::Cage fitted = fit_cage(run, cage, reference, fit);

@@ -14,7 +14,7 @@ namespace patchwright::layout {
 
 enum class Method {
     Auto,     ///< aligned where a layout is found, else remesh
-    Aligned,  ///< blocks along the lines of a recognised shape
+    Aligned,  ///< blocks along the lines of a wing, or else of the model's faces
     Remesh    ///< even triangles that keep features, paired to quads: works on every shape
 };
 
@@ -35,6 +35,7 @@ struct CageOptions {
 struct CageResult {
     mesh::Cage cage;
     Method method = Method::Remesh;    ///< what was used: Aligned or Remesh
+    bool from_faces = false;           ///< aligned by the faces of the model, not as a wing
     std::vector<std::string> notices;  ///< one line each, for the user
     /// One line a body unless all were to be remeshed: what it was recognised as, or why not.
     std::vector<std::string> layout;

@@ -1,0 +1,13 @@
+// Why a model cannot be laid out in blocks.
+#pragma once
+
+#include <string>
+
+namespace patchwright::layout {
+
+/// The model is not one for this layout: the text says why.
+struct LayoutRefused {
+    std::string why;
+};
+
+}  // namespace patchwright::layout
