@@ -98,7 +98,8 @@ bool WingFinder::is_wing() {
         at_nose += curves.empty() ? 0 : 1;
         nose.insert(curves.begin(), curves.end());
     }
-    wing_.nose_line = 2 * at_nose > samples_along;
+    // A line on part of the nose only is a flaw of the model that a column could not follow.
+    wing_.nose_line = at_nose == samples_along;
     if (wing_.nose_line) wing_.lines.nose = nose;
     for (const auto& [height, loops] : cuts) {
         auto result = wing_section(loops, wing_.lines, reference_);
