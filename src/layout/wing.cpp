@@ -16,7 +16,8 @@ namespace {
 
 constexpr int samples_along = 13;
 
-/// Directions that the span may have: across flat lids first, then the axes, longest first.
+/// Directions that the span may have: across flat lids first, the largest one before all, then the
+/// axes, longest first.
 std::vector<Vec3> possible_axes(const Body& body) {
     const occ::SurfaceMesh& mesh = *body.mesh;
     geom::Box3 box;
@@ -40,8 +41,13 @@ std::vector<Vec3> possible_axes(const Body& body) {
         axis.cwiseAbs().maxCoeff(&largest);
         axes.push_back(axis[largest] < 0.0 ? Vec3(-axis) : axis);
     };
+    std::vector<std::pair<double, Vec3>> flat;
     for (const auto& [face, sum] : faces)
-        if (sum.first.norm() > (1.0 - 1e-9) * sum.second) add(sum.first.normalized());
+        if (sum.first.norm() > (1.0 - 1e-9) * sum.second) flat.emplace_back(sum.second, sum.first);
+    // A rib counts before the end of a blunt trailing edge.
+    std::stable_sort(flat.begin(), flat.end(),
+                     [](const auto& a, const auto& b) { return a.first > b.first; });
+    for (const auto& [area, sum] : flat) add(sum.normalized());
     const Vec3 extent = box.max - box.min;
     std::array<int, 3> order{0, 1, 2};
     std::sort(order.begin(), order.end(), [&](int a, int b) { return extent[a] > extent[b]; });
