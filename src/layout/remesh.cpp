@@ -68,6 +68,15 @@ class Remeshing {
         return reference_.foot_point(p, Vec3(normal / norm)).point;
     }
 
+    [[nodiscard]] double arc_at(int curve, int v) const {
+        return reference_.nearest_on_curve(curve, mesh_.point(v)).arc_length;
+    }
+    /// Along a curve; on closed ones the shorter way, either of which may be negative.
+    [[nodiscard]] double way(int curve, double from, double to) const {
+        const geom::FeatureCurve& c = reference_.features().curves[std::size_t(curve)];
+        return c.closed ? std::remainder(to - from, c.length) : to - from;
+    }
+
     [[nodiscard]] Vec3 middle(int a, int b) const {
         const Vec3 chord = 0.5 * (mesh_.point(a) + mesh_.point(b));
         const EdgeSides s = mesh_.sides(a, b);
@@ -75,7 +84,10 @@ class Remeshing {
         const double reach = 0.5 * length(a, b);
         Vec3 p = chord;
         if (curve >= 0) {
-            p = reference_.nearest_on_curve(curve, chord).point;
+            // Not the nearest point: on a slim loop that may be on its other side.
+            const double from = arc_at(curve, a);
+            const double along = way(curve, from, arc_at(curve, b));
+            p = reference_.point_on_curve(curve, from + 0.5 * along).point;
         } else {
             Vec3 normal = Vec3::Zero();
             for (const int t : s.triangle)
@@ -263,10 +275,14 @@ class Remeshing {
             // Lengths to both sides in the ratio of the sizes wanted there.
             const double s0 = size_.at(next[0]), s1 = size_.at(next[1]);
             const Vec3 p = (s1 * mesh_.point(next[0]) + s0 * mesh_.point(next[1])) / (s0 + s1);
-            const Vec3 to = reference_.nearest_on_curve(mesh_.curve_at(v), p).point;
-            const double reach = std::max(length(v, next[0]), length(v, next[1]));
-            if ((to - mesh_.point(v)).norm() > reach) return std::nullopt;
-            return to;
+            // Between its neighbours: the nearest point of all may be on a slim loop's other side.
+            const int curve = mesh_.curve_at(v);
+            const double here = arc_at(curve, v);
+            const double a = way(curve, here, arc_at(curve, next[0]));
+            const double b = way(curve, here, arc_at(curve, next[1]));
+            if (!(a * b < 0.0)) return std::nullopt;
+            const geom::ArcRange between{here + std::min(a, b), here + std::max(a, b)};
+            return reference_.nearest_on_curve(curve, p, between).point;
         }
         Vec3 sum = Vec3::Zero();
         double weight = 0.0;
