@@ -59,6 +59,9 @@ CglsResult solve_cgls(const LinearOperator& a, const Points& b, const Points& st
         !(options.least_change >= 0.0)) {
         throw base::InvalidArgument("solve_cgls: iterations and tolerance must not be negative");
     }
+    if (options.unknown_sizes != nullptr && options.unknown_sizes->rows() != a.columns()) {
+        throw base::InvalidArgument("solve_cgls: unknown_sizes has not one row an unknown");
+    }
     const auto steps_of = [&](const Column3& norms) {
         return options.joint ? Column3::Constant(norms.sum()).eval() : norms;
     };
@@ -97,6 +100,7 @@ CglsResult solve_cgls(const LinearOperator& a, const Points& b, const Points& st
             if (result.iterations > 0) set_residual();
             gamma = steps_of(squared_norms(s));
             const bool better = (gamma < 0.25 * least || gamma <= goal).all();
+            if (still && (gamma > goal).any()) result.stop = CglsStop::LeastChange;
             if (still || !better || !(gamma > 1.1 * goal).any()) break;
             least = gamma;
             d = s;
@@ -117,7 +121,12 @@ CglsResult solve_cgls(const LinearOperator& a, const Points& b, const Points& st
         over_rows(d.rows(), [&](Eigen::Index first, Eigen::Index count) {
             const auto block = std::size_t(first) / grain;
             const auto step = d.middleRows(first, count) * alpha.matrix().asDiagonal();
-            if (options.least_change > 0.0) change[block] = Points(step).cwiseAbs().maxCoeff();
+            if (options.least_change > 0.0) {
+                Points moved = step;
+                if (options.unknown_sizes != nullptr)
+                    moved = moved.cwiseProduct(options.unknown_sizes->middleRows(first, count));
+                change[block] = moved.cwiseAbs().maxCoeff();
+            }
             result.x.middleRows(first, count).noalias() += step;
             s.middleRows(first, count).noalias() -=
                 t.middleRows(first, count) * alpha.matrix().asDiagonal();

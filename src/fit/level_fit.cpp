@@ -167,10 +167,14 @@ class LevelFitter {
                            Points::Zero(step.columns(), 3),
                            {.max_iterations = options_.max_cgls_iterations,
                             .relative_residual = 1e-4,
+                            .least_change = options_.least_change * options_.tolerance_mm,
+                            .unknown_sizes = &step.scale(),
                             .joint = true});
             const Points candidate = points_ + step.displacements(solution.x);
             Projection next = project(candidate, &now);
             level_.cgls_steps += solution.iterations;
+            level_.solves_by_length += solution.stop == CglsStop::LeastChange ? 1 : 0;
+            level_.solves_by_steps += solution.stop == CglsStop::MaxIterations ? 1 : 0;
             ++level_.projections;
             const double was = now.energy(now.weights), is = next.energy(now.weights);
             const double before = was + energy(stiff, points_);

@@ -43,6 +43,9 @@ class StepOperator final : public LinearOperator {
     /// Displacements of the control points from a solution.
     [[nodiscard]] geom::Points displacements(const geom::Points& x) const;
 
+    /// By how much a change of 1 in each unknown moves its control point.
+    [[nodiscard]] const geom::Points& scale() const { return scale_; }
+
   private:
     /// Both parts' transposed products, and the damping's, to unknowns.
     void gather(geom::Points& from_samples, const geom::Points& from_bending,

@@ -81,17 +81,22 @@ class Writer {
     Json fit(const FitFigures& f) const {
         Json levels = Json::array();
         for (const fit::FitLevel& l : f.levels) {
-            levels.push_back({{"vertices", l.vertices},
-                              {"faces", l.faces},
-                              {"samples", l.samples},
-                              {"projections", l.projections},
-                              {"cgls_steps", l.cgls_steps},
-                              {"rms", length(l.rms_mm)},
-                              {"max", length(l.max_mm)},
-                              {"curve_max", length(l.curve_max_mm)},
-                              {"chains_on_features", l.chains_on_features},
-                              {"local", l.local},
-                              {"seconds", l.seconds}});
+            levels.push_back(
+                {{"vertices", l.vertices},
+                 {"faces", l.faces},
+                 {"samples", l.samples},
+                 {"projections", l.projections},
+                 {"cgls_steps", l.cgls_steps},
+                 {"solves_ended",
+                  {{"by_residual", l.projections - l.solves_by_length - l.solves_by_steps},
+                   {"by_length", l.solves_by_length},
+                   {"by_steps", l.solves_by_steps}}},
+                 {"rms", length(l.rms_mm)},
+                 {"max", length(l.max_mm)},
+                 {"curve_max", length(l.curve_max_mm)},
+                 {"chains_on_features", l.chains_on_features},
+                 {"local", l.local},
+                 {"seconds", l.seconds}});
         }
         const auto fairness = [](const fit::Fairness& fair) {
             return Json{{"curvature_variation", fair.curvature_variation},

@@ -55,13 +55,28 @@ TEST_CASE("CGLS stops when no unknown moves by more than a length", "[fit]") {
     const auto early =
         fit::solve_cgls(a, b, zero, {.relative_residual = 0.0, .least_change = 1e-4});
     CHECK(early.iterations < whole.iterations);
-    CHECK(early.stop == fit::CglsStop::Converged);
+    CHECK(early.stop == fit::CglsStop::LeastChange);
+    CHECK(whole.stop == fit::CglsStop::Residual);
     CHECK((early.x - whole.x).cwiseAbs().maxCoeff() < 1e-3);
     // The step before moved something by more.
     const auto before = fit::solve_cgls(a, b, zero, {.max_iterations = early.iterations - 1});
     const auto twice = fit::solve_cgls(a, b, zero, {.max_iterations = early.iterations - 2});
     CHECK((early.x - before.x).cwiseAbs().maxCoeff() <= 1e-4);
     CHECK((before.x - twice.x).cwiseAbs().maxCoeff() > 1e-4);
+}
+
+TEST_CASE("CGLS measures a step in the unit of what its unknowns stand for", "[fit]") {
+    std::srand(6);
+    const Dense a(Eigen::MatrixXd::Random(60, 20));
+    const geom::Points b = geom::Points::Random(60, 3), zero = geom::Points::Zero(20, 3);
+    const geom::Points sizes = geom::Points::Constant(20, 3, 1e3);
+    const auto millimetres =
+        fit::solve_cgls(a, b, zero, {.relative_residual = 0.0, .least_change = 1e-4});
+    const auto metres = fit::solve_cgls(
+        a, b, zero, {.relative_residual = 0.0, .least_change = 0.1, .unknown_sizes = &sizes});
+    CHECK(metres.iterations == millimetres.iterations);
+    const geom::Points few = geom::Points::Ones(3, 3);
+    CHECK_THROWS_AS(fit::solve_cgls(a, b, zero, {.unknown_sizes = &few}), base::InvalidArgument);
 }
 
 TEST_CASE("CGLS with a zero right-hand side or an exact start takes no step", "[fit]") {

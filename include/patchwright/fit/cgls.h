@@ -30,19 +30,24 @@ struct CglsOptions {
         1e-10;  ///< stop at |A^T r| <= this * |A^T r| of the start, by column
     /// Stop, too, when a step changes no unknown by more than this; in their unit.
     double least_change = 0.0;
+    /// For unknowns that are scaled: by how much a change of 1 moves what they stand for, columns()
+    /// x 3; least_change is in that unit then. Not owned.
+    const geom::Points* unknown_sizes = nullptr;
     /// One step length for all three coordinates: for operators that mix them.
     bool joint = false;
     base::Progress progress;
 };
 
-enum class CglsStop { Converged, MaxIterations };
+/// Why it ended: the residual is small enough (or cannot get smaller), no unknown moves any more,
+/// or there were enough steps.
+enum class CglsStop { Residual, LeastChange, MaxIterations };
 
 struct CglsResult {
     geom::Points x;
     int iterations = 0;
     double residual = 0.0;         ///< |b - A x|, Frobenius
     double normal_residual = 0.0;  ///< |A^T (b - A x)|, Frobenius
-    CglsStop stop = CglsStop::Converged;
+    CglsStop stop = CglsStop::Residual;
 };
 
 /// Least-squares solution of A x = b for three coordinates at once, without forming A^T A. Unless
@@ -50,7 +55,7 @@ struct CglsResult {
 /// separate solves. Source: Saad, Iterative Methods for Sparse Linear Systems (2003), 8.3 (CGNR);
 /// A^T r is carried on by its own recurrence, so that rows are neither written nor read in a step,
 /// and made anew from x before a solve ends as converged.
-/// @pre   b.rows() == a.rows(), start.rows() == a.columns()
+/// @pre   b.rows() == a.rows(), start.rows() == a.columns(), as unknown_sizes->rows()
 /// @throw InvalidArgument when a precondition fails or an option is out of range
 /// Not converging is an answer, not an error: see CglsResult::stop.
 CglsResult solve_cgls(const LinearOperator& a, const geom::Points& b, const geom::Points& start,

@@ -32,6 +32,9 @@ struct FitOptions {
         30;  ///< project-and-solve rounds on one level; half as many on its curves
     int samples_per_edge = 4;  ///< a face has this squared, a crease edge this many samples; >= 2
     int max_cgls_iterations = 300;
+    /// A solve ends when a step of it moves no control point by more than this share of the
+    /// tolerance: three hundred such steps add up to 3 % of it.
+    double least_change = 1e-4;
     /// Factor of the bending energy in the first step of a level, >= 0; after every step that is
     /// taken it is a fifth of what it was.
     double fairness = 1e-2;
@@ -57,6 +60,8 @@ struct FitLevel {
     int samples = 0;
     int projections = 0;
     int cgls_steps = 0;
+    int solves_by_length = 0;  ///< that ended because no control point moved any more
+    int solves_by_steps = 0;   ///< that ended after FitOptions::max_cgls_iterations
     double rms_mm = 0.0;
     double max_mm = 0.0;
     double curve_max_mm = 0.0;  ///< of chains from the feature curves that they belong to

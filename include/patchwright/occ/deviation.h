@@ -1,6 +1,7 @@
 // Two-sided deviation of two CAD models.
 #pragma once
 
+#include <patchwright/base/progress.h>
 #include <patchwright/fit/deviation.h>
 #include <patchwright/geom/model_surface.h>
 
