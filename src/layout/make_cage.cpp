@@ -101,6 +101,7 @@ struct Source {
     /// Triangles of the model that are no farther from it than this, millimetres.
     std::function<occ::SurfaceMesh(double)> triangles;
     std::vector<std::string> names;  ///< one a face, for groups
+    bool has_faces = true;           ///< regions of triangles are none: their borders are jagged
 };
 
 Blocks remeshed(const Body& body, const Source& source, const CageOptions& options, double scale) {
@@ -173,6 +174,7 @@ Aligned aligned(const occ::SurfaceMesh& mesh, const Source& source, const CageOp
 /// @return why there is none; empty: there is one
 std::string lay_out_blocks(const occ::SurfaceMesh& mesh, const Source& source,
                            const CageOptions& options, CageResult& result) {
+    if (!source.has_faces) return "triangles have no faces to lay blocks along";
     const BrepCage made = brep_parts(mesh, source.reference, source.names, options);
     if (!made.refused.empty()) return made.refused;
     try {
@@ -265,7 +267,7 @@ CageResult make_cage(const occ::CadModel& model, const occ::CadReference& refere
 
 CageResult make_cage(const geom::MeshReference& reference, const CageOptions& options) {
     return make_cage(Source{reference, [&](double) { return surface_mesh(reference); },
-                            group_names(region_names(reference), "region")},
+                            group_names(region_names(reference), "region"), false},
                      options);
 }
 

@@ -26,6 +26,13 @@ def cylinder(around=AROUND):
     return triangles
 
 
+def box():
+    """Triangles of the unit cube, outward."""
+    at = lambda i: (float(i & 1), float(i >> 1 & 1), float(i >> 2))
+    quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    return [tuple(at(q[i]) for i in corners) for q in quads for corners in ((0, 1, 2), (0, 2, 3))]
+
+
 def ascii_stl(triangles):
     facets = ("facet normal 0 0 0\nouter loop\n" + "".join("vertex %.9g %.9g %.9g\n" % p for p in t) + "endloop\nendfacet\n"
               for t in triangles)
@@ -108,6 +115,9 @@ class TrianglesTest(unittest.TestCase):
         text = cage.read_text()
         self.assertIn("g tank", text)
         self.assertIn("t crease", text)
+        refused = self.run_it("cage", self.file("block.stl", ascii_stl(box())), "-o", self.file("no.obj"), "--layout", "aligned", code=2)
+        self.assertIn("--layout remesh", refused.stderr)
+        self.assertFalse(self.file("no.obj").exists())
         report, notes = self.report("fit", stl, "--cage", cage, "-o", fitted, "--tolerance", "1e-3rel")
         self.assertTrue(report["fit"]["met"])
         self.assertNotIn("facets will be followed", notes)

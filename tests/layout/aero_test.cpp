@@ -268,7 +268,7 @@ TEST_CASE("what is no wing and no nacelle says why", "[layout]") {
     const auto made = layout::make_cage(box.model, box.reference);
     REQUIRE(made.layout.size() == 1);
     INFO(made.layout[0]);
-    CHECK(made.method == layout::Method::Remesh);
+    CHECK(made.from_faces);
     CHECK(made.layout[0].find("no wing (") != std::string::npos);
     CHECK(made.layout[0].find("no nacelle (") != std::string::npos);
 }
