@@ -6,6 +6,7 @@
 #include <patchwright/base/error.h>
 #include <patchwright/geom/bvh.h>
 #include <patchwright/geom/mesh_reference.h>
+#include <patchwright/geom/nearest.h>
 
 #include <fmt/format.h>
 
@@ -35,36 +36,6 @@ namespace {
 
 void require(bool valid, const char* what) {
     if (!valid) throw base::InvalidArgument(what);
-}
-
-/// Weights of the point of a triangle nearest to p (Ericson, Real-Time Collision Detection, 5.1.5).
-Vec3 nearest_weights(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
-    const Vec3 ab = b - a, ac = c - a, ap = p - a;
-    const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-    if (d1 <= 0.0 && d2 <= 0.0) return {1, 0, 0};
-    const Vec3 bp = p - b;
-    const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-    if (d3 >= 0.0 && d4 <= d3) return {0, 1, 0};
-    const double vc = d1 * d4 - d3 * d2;
-    if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) {
-        const double v = d1 / (d1 - d3);
-        return {1 - v, v, 0};
-    }
-    const Vec3 cp = p - c;
-    const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-    if (d6 >= 0.0 && d5 <= d6) return {0, 0, 1};
-    const double vb = d5 * d2 - d1 * d6;
-    if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) {
-        const double w = d2 / (d2 - d6);
-        return {1 - w, 0, w};
-    }
-    const double va = d3 * d6 - d5 * d4;
-    if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
-        const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        return {0, 1 - w, w};
-    }
-    const double sum = va + vb + vc;
-    return {va / sum, vb / sum, vc / sum};
 }
 
 Vec3 at_weights(const TriangleMesh& mesh, int t, const Vec3& w) {
@@ -192,8 +163,9 @@ FootPoint MeshReference::foot_point(const Vec3& query, const std::optional<Vec3>
         FootPoint best;
         best.distance = std::numeric_limits<double>::infinity();
         impl_->tree.nearest(query, bound, [&](int t, double limit) {
-            const Vec3 w = nearest_weights(query, corner_point(mesh, t, 0),
-                                           corner_point(mesh, t, 1), corner_point(mesh, t, 2));
+            const Vec3 w = nearest_weights(
+                query,
+                {corner_point(mesh, t, 0), corner_point(mesh, t, 1), corner_point(mesh, t, 2)});
             const Vec3 point = at_weights(mesh, t, w);
             const double distance = (point - query).norm();
             if (distance > limit || distance >= best.distance) return limit;

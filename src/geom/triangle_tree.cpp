@@ -71,10 +71,9 @@ TriangleTree::TriangleTree(const std::vector<Corners>& triangles,
         const auto& [a, b, c] = triangles[std::size_t(numbers_[slot])];
         const Vec3 ab = b - a, ac = c - a;
         const Vec3 normal = ab.cross(ac);
-        const Vec3 along = ab.squaredNorm() > 0.0 ? Vec3(ab.normalized())
-                                                  : (normal.isZero(0.0) && ac.squaredNorm() > 0.0
-                                                         ? Vec3(ac.normalized())
-                                                         : Vec3(Vec3::UnitX()));
+        const Vec3 along = ab.squaredNorm() > 0.0   ? Vec3(ab.normalized())
+                           : ac.squaredNorm() > 0.0 ? Vec3(ac.normalized())
+                                                    : Vec3(Vec3::UnitX());
         // Of a triangle without area any plane through it will do.
         const Vec3 up =
             normal.squaredNorm() > 0.0 ? Vec3(normal.normalized()) : Vec3(along.unitOrthogonal());

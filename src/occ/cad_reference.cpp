@@ -121,6 +121,18 @@ std::optional<geom::FeaturePoint> nearest_on_curves(const SearchModel& model,
 
 geom::FootPoint nearest(const SearchModel& model, const Vec3& query,
                         const std::optional<Vec3>& side, double bound) {
+    // Farther away double precision does not tell the model's points apart, and single precision
+    // overflows: the point on the way there has the same nearest one.
+    constexpr double farthest_rel = 1e12;
+    const Vec3 centre = model.bounds.centre(), way = query - centre;
+    const double farthest = farthest_rel * model.size, length = way.stableNorm();
+    if (farthest > 0.0 && length > 1.001 * farthest) {
+        const Vec3 nearer = centre + farthest / length * way;
+        geom::FootPoint foot =
+            nearest(model, nearer, side, std::numeric_limits<double>::infinity());
+        foot.distance = (foot.point - query).stableNorm();
+        return foot;
+    }
     return side ? nearest_point_facing(model, query, *side, bound)
                 : nearest_point(model, query, bound);
 }

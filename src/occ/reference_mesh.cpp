@@ -2,6 +2,7 @@
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
+#include <patchwright/geom/nearest.h>
 
 #include <BRepBuilderAPI_Copy.hxx>
 #include <BRepLib.hxx>
@@ -171,7 +172,8 @@ void measure(MeshTriangle& triangle, const FaceSurface& surface, double size) {
             const Vec2 uv = triangle.uv[0] + (i * (triangle.uv[1] - triangle.uv[0]) +
                                               j * (triangle.uv[2] - triangle.uv[0])) /
                                                  cells;
-            off = std::max(off, nearest_on(triangle, surface.at(uv)).distance);
+            const Vec3 p = surface.at(uv), w = geom::nearest_weights(p, triangle.corner);
+            off = std::max(off, (w[0] * a + w[1] * b + w[2] * c - p).norm());
             look_at(triangle, surface, uv, turn);
         }
     }
@@ -199,37 +201,6 @@ void measure(MeshTriangle& triangle, const FaceSurface& surface, double size) {
 
 FaceSurface::Rectangle box_of(const std::array<Vec2, 3>& uv) {
     return {uv[0].cwiseMin(uv[1]).cwiseMin(uv[2]), uv[0].cwiseMax(uv[1]).cwiseMax(uv[2])};
-}
-
-TrianglePoint nearest_on(const MeshTriangle& triangle, const Vec3& query) {
-    // Voronoi regions of the corners, then of the sides, then the plane (Ericson, Real-time
-    // collision detection, 2004, 5.1.5).
-    const auto& [a, b, c] = triangle.corner;
-    const Vec3 ab = b - a, ac = c - a, ap = query - a, bp = query - b, cp = query - c;
-    const double d1 = ab.dot(ap), d2 = ac.dot(ap), d3 = ab.dot(bp), d4 = ac.dot(bp),
-                 d5 = ab.dot(cp), d6 = ac.dot(cp);
-    const double va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
-    Vec3 w;
-    if (d1 <= 0.0 && d2 <= 0.0) {
-        w = {1, 0, 0};
-    } else if (d3 >= 0.0 && d4 <= d3) {
-        w = {0, 1, 0};
-    } else if (d6 >= 0.0 && d5 <= d6) {
-        w = {0, 0, 1};
-    } else if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) {
-        const double s = d1 / (d1 - d3);
-        w = {1 - s, s, 0};
-    } else if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) {
-        const double s = d2 / (d2 - d6);
-        w = {1 - s, 0, s};
-    } else if (va <= 0.0 && d4 >= d3 && d5 >= d6) {
-        const double s = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        w = {0, 1 - s, s};
-    } else {
-        w = Vec3(va, vb, vc) / (va + vb + vc);
-    }
-    if (!w.allFinite()) w = {1, 0, 0};
-    return {w, (w[0] * a + w[1] * b + w[2] * c - query).norm()};
 }
 
 SearchableShape make_searchable(const TopoDS_Shape& shape) {

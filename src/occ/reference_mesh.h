@@ -50,16 +50,8 @@ struct alignas(64) SeedStart {
     std::int32_t face;
 };
 
-/// Nearest point of a triangle in barycentric weights.
-struct TrianglePoint {
-    Eigen::Vector3d weights;
-    double distance;
-};
-
 /// The rectangle around a triangle in (u, v).
 FaceSurface::Rectangle box_of(const std::array<Vec2, 3>& uv);
-
-TrianglePoint nearest_on(const MeshTriangle& triangle, const geom::Vec3& query);
 
 struct ReferenceMesh {
     std::vector<MeshTriangle> triangles;  ///< face by face

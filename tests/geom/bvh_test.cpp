@@ -74,6 +74,15 @@ TEST_CASE("boxes far from the origin are found too", "[geom][oracle]") {
     }
 }
 
+TEST_CASE("queries far beyond single precision's squares find the nearest box", "[geom][oracle]") {
+    const auto boxes = random_boxes(300, 0.05, 14);
+    const Bvh tree(boxes);
+    for (const double far : {1e10, 1e15, 1e18, 1e25}) {
+        const Vec3 query(far, -far, 0.5);
+        CHECK(nearest_box(tree, boxes, query) == brute_force(boxes, query));
+    }
+}
+
 TEST_CASE("sorted items are the same boxes", "[geom][oracle]") {
     const auto boxes = random_boxes(300, 0.05, 12);
     Bvh tree(boxes, 2);

@@ -149,6 +149,19 @@ TEST_CASE("foot points on a box: faces, edges, corners, inside", "[occ][oracle]"
     CHECK(reference.bounds().max.isApprox(Vec3(10, 20, 30), 1e-9));
 }
 
+TEST_CASE("however far a query is, it has a foot point", "[occ][oracle]") {
+    const CadReference reference = reference_of(BRepPrimAPI_MakeBox(10.0, 20.0, 30.0).Shape());
+    for (const double far : {1e6, 1e12, 1e18, 1e24, 1e30, 1e200}) {
+        const FootPoint foot = reference.foot_point({far, 10.0, 15.0});
+        CHECK(foot.face >= 0);
+        CHECK(foot.point.x() == Approx(10.0));
+        CHECK(foot.distance == Approx(far));
+        const FootPoint corner = reference.foot_point({-far, -far, -far});
+        CHECK(corner.point.norm() < 1e-3);
+        CHECK(corner.distance == Approx(std::sqrt(3.0) * far));
+    }
+}
+
 TEST_CASE("foot points agree with the kernel's extrema on trimmed faces", "[occ][oracle]") {
     SECTION("cylinder minus oblique box") { check_against_kernel(test::cut_cylinder(), 160, 10); }
     SECTION("plate with hole") { check_against_kernel(test::plate_with_hole(), 160, 20); }
