@@ -23,6 +23,11 @@ class TurnedReference final : public geom::ReferenceSurface {
         foot.normal = -foot.normal;
         return foot;
     }
+    [[nodiscard]] std::vector<geom::SurfaceSample> sample(int count) const override {
+        std::vector<geom::SurfaceSample> samples = other_.sample(count);
+        for (geom::SurfaceSample& s : samples) s.normal = -s.normal;
+        return samples;
+    }
     [[nodiscard]] const geom::Features& features() const override { return other_.features(); }
     [[nodiscard]] geom::FeaturePoint nearest_on_curve(
         int curve, const geom::Vec3& query,

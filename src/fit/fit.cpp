@@ -22,6 +22,7 @@ void check(const FitOptions& o) {
     require(o.tolerance_mm > 0.0, "the tolerance must be positive");
     require(o.max_levels >= 0, "max_levels must not be negative");
     require(o.max_projections >= 0, "max_projections must not be negative");
+    require(o.reverse_samples >= 0, "reverse_samples must not be negative");
     require(o.samples_per_edge >= 2, "samples_per_edge must be at least 2");
     require(o.fairness >= 0.0, "fairness must not be negative");
     require(o.max_cgls_iterations >= 1, "max_cgls_iterations must be positive");
@@ -35,12 +36,10 @@ struct Candidate {
     LevelError error;
     int symmetry_axis = -1;
     int number = 0;
-
-    [[nodiscard]] double largest() const { return std::max(level.max_mm, level.curve_max_mm); }
 };
 
 void fit_candidate(Candidate& c, const geom::ReferenceSurface& reference,
-                   const FitOptions& options) {
+                   const std::vector<geom::Vec3>& points, const FitOptions& options) {
     const auto start = std::chrono::steady_clock::now();
     c.level.vertices = c.cage.topology->vertex_count();
     c.level.faces = c.cage.topology->face_count();
@@ -51,10 +50,11 @@ void fit_candidate(Candidate& c, const geom::ReferenceSurface& reference,
     c.cage.points = std::move(fitted.points);
     c.cage = subd::control_normals(c.cage);
     c.symmetry_axis = fitted.symmetry_axis;
-    c.error = measure(c.cage, fitted, reference, options.samples_per_edge);
+    c.error = measure(c.cage, fitted, reference, points, options.samples_per_edge);
     c.level.samples = static_cast<int>(c.error.surface.count);
     c.level.rms_mm = c.error.surface.rms();
     c.level.max_mm = c.error.surface.max;
+    c.level.reverse_max_mm = c.error.reverse.max;
     c.level.curve_max_mm = c.error.curves.max;
     c.level.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -74,12 +74,16 @@ bool is_stuck(const std::vector<FitLevel>& levels) {
 
 FitResult fit_facing(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
                      const FitOptions& options) {
+    std::vector<geom::Vec3> points;
+    if (options.reverse_samples > 0)
+        for (const auto& sample : reference.sample(options.reverse_samples))
+            points.push_back(sample.point);
     FitResult result;
     Candidate now{.cage = cage};
     std::optional<Candidate> kept;
     bool last_resort = false;
     for (;;) {
-        fit_candidate(now, reference, options);
+        fit_candidate(now, reference, points, options);
         now.number = static_cast<int>(result.levels.size());
         result.levels.push_back(now.level);
         // Splitting strips moves the limit surface, and may leave it where steps do not lead back.
@@ -87,7 +91,7 @@ FitResult fit_facing(const mesh::Cage& cage, const geom::ReferenceSurface& refer
             kept && now.level.max_mm > kept->level.max_mm && now.level.rms_mm > kept->level.rms_mm;
         const bool retry = worse && now.level.local;
         if (!worse) kept = std::move(now);
-        result.met = kept->largest() <= options.tolerance_mm;
+        result.met = kept->level.largest() <= options.tolerance_mm;
         const bool room = static_cast<int>(result.levels.size()) <= options.max_levels &&
                           !is_stuck(result.levels);
         std::optional<NextLevel> next;

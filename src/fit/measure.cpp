@@ -1,5 +1,6 @@
 #include "fit/measure.h"
 
+#include "fit/coverage.h"
 #include "fit/sampling.h"
 
 #include <patchwright/base/parallel.h>
@@ -82,14 +83,27 @@ void measure_curves(const mesh::Cage& cage, const LevelFit& fitted,
     }
 }
 
+void measure_reverse(const mesh::Cage& cage, const std::vector<geom::Vec3>& points,
+                     LevelError& error) {
+    if (points.empty()) return;
+    const auto sites = face_sites(*cage.topology);
+    for (const NearLimit& near : LimitSearch(cage.topology).nearest(cage.points, points)) {
+        error.reverse.add(near.distance);
+        double& of_face = error.faces[sites[std::size_t(near.site)].face.index()].reverse;
+        of_face = std::max(of_face, near.distance);
+    }
+}
+
 }  // namespace
 
 LevelError measure(const mesh::Cage& cage, const LevelFit& fitted,
-                   const geom::ReferenceSurface& reference, int samples_per_edge) {
+                   const geom::ReferenceSurface& reference, const std::vector<geom::Vec3>& points,
+                   int samples_per_edge) {
     LevelError error;
     error.faces.resize(std::size_t(cage.topology->face_count()));
     measure_surface(cage, reference, samples_per_edge + 1, error);
     measure_curves(cage, fitted, reference, 2 * samples_per_edge, error);
+    measure_reverse(cage, points, error);
     return error;
 }
 

@@ -29,7 +29,7 @@ constexpr double stiffness = 1e-3;
 /// Bits as in ChordSplit::cuts.
 int wanted_cuts(const FaceError& error, double tolerance) {
     int cuts = (error.curve_u > tolerance ? 1 : 0) + (error.curve_v > tolerance ? 2 : 0);
-    if (error.max > tolerance) {
+    if (std::max(error.max, error.reverse) > tolerance) {
         const double both = error.change_u + error.change_v;
         if (error.change_u >= coarse_share * both) cuts |= 1;
         if (error.change_v >= coarse_share * both) cuts |= 2;

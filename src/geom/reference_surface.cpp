@@ -3,6 +3,8 @@
 
 namespace patchwright::geom {
 
+std::vector<SurfaceSample> ReferenceSurface::sample(int) const { return {}; }
+
 const Features& ReferenceSurface::features() const {
     static const Features none;
     return none;

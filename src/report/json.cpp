@@ -93,6 +93,7 @@ class Writer {
                    {"by_steps", l.solves_by_steps}}},
                  {"rms", length(l.rms_mm)},
                  {"max", length(l.max_mm)},
+                 {"reverse_max", length(l.reverse_max_mm)},
                  {"curve_max", length(l.curve_max_mm)},
                  {"chains_on_features", l.chains_on_features},
                  {"local", l.local},

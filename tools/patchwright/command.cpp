@@ -361,7 +361,7 @@ mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ReferenceSurfa
     const fit::FitLevel& best = result.levels[std::size_t(result.best_level)];
     run.report.fit =
         report::FitFigures{.tolerance = tolerance,
-                           .met = std::max(best.max_mm, best.curve_max_mm) <= tolerance,
+                           .met = best.largest() <= tolerance,
                            .best_level = result.best_level,
                            .symmetry_axis = result.symmetry_axis,
                            .before = fit::measure_fairness(cage),

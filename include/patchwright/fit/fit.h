@@ -6,6 +6,7 @@
 #include <patchwright/geom/reference_surface.h>
 #include <patchwright/mesh/cage.h>
 
+#include <algorithm>
 #include <vector>
 
 namespace patchwright::fit {
@@ -30,6 +31,9 @@ struct FitOptions {
     double least_gain = 0.6;
     int max_projections =
         30;  ///< project-and-solve rounds on one level; half as many on its curves
+    /// Points of the reference that are looked for on the limit surface, about as many; of
+    /// references that can be sampled.
+    int reverse_samples = 20000;
     int samples_per_edge = 4;  ///< a face has this squared, a crease edge this many samples; >= 2
     int max_cgls_iterations = 300;
     /// A solve ends when a step of it moves no control point by more than this share of the
@@ -63,10 +67,15 @@ struct FitLevel {
     int solves_by_length = 0;  ///< that ended because no control point moved any more
     int solves_by_steps = 0;   ///< that ended after FitOptions::max_cgls_iterations
     double rms_mm = 0.0;
-    double max_mm = 0.0;
+    double max_mm = 0.0;          ///< of limit points from the reference
+    double reverse_max_mm = 0.0;  ///< of points of the reference from the limit surface
     double curve_max_mm = 0.0;  ///< of chains from the feature curves that they belong to
     int chains_on_features = 0;
     double seconds = 0.0;
+
+    [[nodiscard]] double largest() const {
+        return std::max({max_mm, reverse_max_mm, curve_max_mm});
+    }
 };
 
 struct FitResult {

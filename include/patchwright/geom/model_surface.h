@@ -17,12 +17,6 @@ struct Curvature {
     std::array<Vec3, 2> direction{Vec3::Zero(), Vec3::Zero()};  ///< unit
 };
 
-struct SurfaceSample {
-    Vec3 point, normal;
-    int face;
-    double weight;  ///< area that it stands for, mm^2; 0 on edges and vertices
-};
-
 /// A point of a feature curve.
 struct CurveSample {
     Vec3 point;
@@ -52,7 +46,7 @@ class ModelSurface : public ReferenceSurface {
     /// About `count` points on the faces, half of them spread by area, half by how much the faces
     /// bend; plus points on edges and vertices. Deterministic.
     /// @throw InvalidArgument when the count is not positive
-    [[nodiscard]] virtual std::vector<SurfaceSample> sample(int count) const = 0;
+    [[nodiscard]] std::vector<SurfaceSample> sample(int count) const override = 0;
 
     [[nodiscard]] virtual std::vector<SurfacePiece> pieces() const = 0;
     /// The point of a face at its parameters.

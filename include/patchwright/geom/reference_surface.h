@@ -19,6 +19,12 @@ struct FootPoint {
     Eigen::Vector2d uv = Eigen::Vector2d::Zero();  ///< parameters of the point on that face, if any
 };
 
+struct SurfaceSample {
+    Vec3 point, normal;
+    int face;
+    double weight;  ///< area that it stands for, mm^2; 0 on edges and vertices
+};
+
 /// A shape to be approximated. All functions are const, thread-safe and deterministic.
 class ReferenceSurface {
   public:
@@ -32,6 +38,10 @@ class ReferenceSurface {
     /// @pre `side`, when given, is a unit vector
     [[nodiscard]] virtual FootPoint foot_point(
         const Vec3& query, const std::optional<Vec3>& side = std::nullopt) const = 0;
+
+    /// About `count` points all over the surface, for asking what lies near them; deterministic.
+    /// None unless a shape says otherwise.
+    [[nodiscard]] virtual std::vector<SurfaceSample> sample(int count) const;
 
     /// All feature curves and corners; none unless a shape says otherwise.
     [[nodiscard]] virtual const Features& features() const;

@@ -1,0 +1,39 @@
+// The other way round: how near the limit surface comes to points of the reference.
+#pragma once
+
+#include <patchwright/geom/bvh.h>
+#include <patchwright/mesh/cage.h>
+#include <patchwright/subd/limit_operator.h>
+
+#include <vector>
+
+namespace patchwright::fit {
+
+/// A limit point near a point of the reference.
+struct NearLimit {
+    int site = -1;  ///< number among face_sites()
+    double u = 0.0, v = 0.0;
+    geom::Vec3 point = geom::Vec3::Zero();
+    double distance = 0.0;
+};
+
+/// Finds near limit points of one topology at any control points.
+class LimitSearch {
+  public:
+    explicit LimitSearch(std::shared_ptr<const mesh::Topology> topology);
+
+    /// For each query a limit point of the face whose facets are nearest, brought nearer by
+    /// Gauss-Newton steps: so its distance is never less than the limit surface's.
+    [[nodiscard]] std::vector<NearLimit> nearest(const geom::Points& control_points,
+                                                 const std::vector<geom::Vec3>& queries) const;
+
+  private:
+    [[nodiscard]] NearLimit improved(const geom::Points& control_points, NearLimit start,
+                                     const geom::Vec3& query) const;
+
+    std::vector<subd::Site> sites_;
+    subd::LimitOperator grid_;
+    subd::LimitEvaluator evaluator_;
+};
+
+}  // namespace patchwright::fit
