@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <limits>
+#include <span>
 
 namespace patchwright::fit {
 
@@ -22,9 +24,12 @@ constexpr int n = 4;
 /// below what anybody asks for.
 constexpr int steps = 4;
 
-struct Facet {
-    std::array<int, 3> corner;  ///< numbers within the grid of a site: i * (n + 1) + j
-};
+/// How far the limit surface may be from a facet, in parts of the facet's side: a tenth is an arc
+/// of 45 degrees.
+constexpr double bulge = 0.1;
+
+/// Numbers within the grid of a site: i * (n + 1) + j.
+using Facet = std::array<int, 3>;
 
 std::array<Facet, std::size_t(2 * n * n)> facets_of_site() {
     std::array<Facet, std::size_t(2 * n * n)> facets{};
@@ -32,12 +37,42 @@ std::array<Facet, std::size_t(2 * n * n)> facets_of_site() {
     for (int i = 0; i < n; ++i) {
         for (int j = 0; j < n; ++j) {
             const auto at = [&](int di, int dj) { return (i + di) * (n + 1) + j + dj; };
-            facets[next++] = {{at(0, 0), at(1, 0), at(1, 1)}};
-            facets[next++] = {{at(0, 0), at(1, 1), at(0, 1)}};
+            facets[next++] = {at(0, 0), at(1, 0), at(1, 1)};
+            facets[next++] = {at(0, 0), at(1, 1), at(0, 1)};
         }
     }
     return facets;
 }
+
+/// The nearest facets of a few sites, nearest first.
+class NearestSites {
+  public:
+    void clear() { count_ = 0; }
+    [[nodiscard]] std::span<const NearLimit> sites() const { return {kept_.data(), count_}; }
+
+    void add(const NearLimit& one) {
+        const auto end = kept_.begin() + std::ptrdiff_t(count_);
+        auto place = std::find_if(kept_.begin(), end,
+                                  [&](const NearLimit& k) { return k.site == one.site; });
+        if (place != end && place->distance <= one.distance) return;
+        if (place == end) {
+            if (count_ < kept_.size()) {
+                ++count_;
+            } else if (!(one.distance < kept_.back().distance)) {
+                return;
+            } else {
+                --place;
+            }
+        }
+        for (; place != kept_.begin() && std::prev(place)->distance > one.distance; --place)
+            *place = *std::prev(place);
+        *place = one;
+    }
+
+  private:
+    std::array<NearLimit, 4> kept_;
+    std::size_t count_ = 0;
+};
 
 }  // namespace
 
@@ -61,10 +96,17 @@ NearLimit LimitSearch::improved(const Points& control_points, NearLimit best,
         const double determinant = a * c - b * b;
         if (!(determinant > 1e-12 * a * c)) break;
         const double along_u = at.du.dot(way), along_v = at.dv.dot(way);
-        const double u =
-            std::clamp(best.u + (c * along_u - b * along_v) / determinant, 0.0, 1.0);
-        const double v =
-            std::clamp(best.v + (a * along_v - b * along_u) / determinant, 0.0, 1.0);
+        double u = best.u + (c * along_u - b * along_v) / determinant;
+        double v = best.v + (a * along_v - b * along_u) / determinant;
+        if (u < 0.0 || u > 1.0) {  // along the face's side
+            u = std::clamp(u, 0.0, 1.0);
+            v = best.v + (along_v - b * (u - best.u)) / c;
+        } else if (v < 0.0 || v > 1.0) {
+            v = std::clamp(v, 0.0, 1.0);
+            u = best.u + (along_u - b * (v - best.v)) / a;
+        }
+        u = std::clamp(u, 0.0, 1.0);
+        v = std::clamp(v, 0.0, 1.0);
         at = evaluate(u, v);
         const double distance = (query - at.position).norm();
         if (!(distance < best.distance)) break;
@@ -82,9 +124,9 @@ std::vector<NearLimit> LimitSearch::nearest(const Points& control_points,
         const std::size_t site = std::size_t(number) / facets.size();
         std::array<Vec3, 3> result;
         for (std::size_t k = 0; k < 3; ++k) {
-            result[k] = grid.row(grid_.site_rows()[site] +
-                                 facets[std::size_t(number) % facets.size()].corner[k])
-                            .transpose();
+            result[k] =
+                grid.row(grid_.site_rows()[site] + facets[std::size_t(number) % facets.size()][k])
+                    .transpose();
         }
         return result;
     };
@@ -95,30 +137,32 @@ std::vector<NearLimit> LimitSearch::nearest(const Points& control_points,
     const geom::Bvh tree(boxes);
     std::vector<NearLimit> result(queries.size());
     base::parallel_for(queries.size(), 64, [&](std::size_t first, std::size_t last) {
+        NearestSites near;
         for (std::size_t q = first; q < last; ++q) {
-            int nearest = -1;
-            Vec3 weights;
-            tree.nearest(queries[q], std::numeric_limits<double>::infinity(),
-                         [&](int t, double bound) {
-                             const auto corner = corners(t);
-                             const Vec3 w = geom::nearest_weights(queries[q], corner);
-                             const double distance =
-                                 (w[0] * corner[0] + w[1] * corner[1] + w[2] * corner[2] -
-                                  queries[q])
-                                     .norm();
-                             if (!(distance < bound)) return bound;
-                             nearest = t;
-                             weights = w;
-                             return distance;
-                         });
-            NearLimit start{.site = nearest / int(facets.size())};
-            const Facet& facet = facets[std::size_t(nearest) % facets.size()];
-            for (std::size_t k = 0; k < 3; ++k) {
-                const double share = weights[Eigen::Index(k)] / n;
-                start.u += share * (facet.corner[k] / (n + 1));
-                start.v += share * (facet.corner[k] % (n + 1));
+            const Vec3& query = queries[q];
+            near.clear();
+            tree.nearest(query, std::numeric_limits<double>::infinity(), [&](int t, double bound) {
+                const auto corner = corners(t);
+                const Vec3 w = geom::nearest_weights(query, corner);
+                const Vec3 point = w[0] * corner[0] + w[1] * corner[1] + w[2] * corner[2];
+                const double distance = (point - query).norm();
+                if (!(distance < bound)) return bound;
+                const double side =
+                    std::max((corner[1] - corner[0]).norm(), (corner[2] - corner[0]).norm());
+                const auto& facet = facets[std::size_t(t) % facets.size()];
+                NearLimit start{.site = t / int(facets.size()), .distance = distance};
+                for (std::size_t k = 0; k < 3; ++k) {
+                    start.u += w[Eigen::Index(k)] * (facet[k] / (n + 1)) / n;
+                    start.v += w[Eigen::Index(k)] * (facet[k] % (n + 1)) / n;
+                }
+                near.add(start);
+                return std::min(bound, distance + bulge * side);
+            });
+            result[q].distance = std::numeric_limits<double>::infinity();
+            for (const NearLimit& start : near.sites()) {
+                const NearLimit found = improved(control_points, start, query);
+                if (found.distance < result[q].distance) result[q] = found;
             }
-            result[q] = improved(control_points, start, queries[q]);
         }
     });
     return result;

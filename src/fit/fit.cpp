@@ -66,9 +66,11 @@ bool is_stuck(const std::vector<FitLevel>& levels) {
     constexpr std::ptrdiff_t last = 3;
     constexpr double hardly = 0.95;
     if (static_cast<std::ptrdiff_t>(levels.size()) <= last) return false;
-    const auto nearer = [](const FitLevel& a, const FitLevel& b) { return a.max_mm < b.max_mm; };
-    const double before = std::min_element(levels.begin(), levels.end() - last, nearer)->max_mm;
-    const double after = std::min_element(levels.end() - last, levels.end(), nearer)->max_mm;
+    const auto nearer = [](const FitLevel& a, const FitLevel& b) {
+        return a.largest() < b.largest();
+    };
+    const double before = std::min_element(levels.begin(), levels.end() - last, nearer)->largest();
+    const double after = std::min_element(levels.end() - last, levels.end(), nearer)->largest();
     return after > hardly * before;
 }
 
@@ -87,8 +89,8 @@ FitResult fit_facing(const mesh::Cage& cage, const geom::ReferenceSurface& refer
         now.number = static_cast<int>(result.levels.size());
         result.levels.push_back(now.level);
         // Splitting strips moves the limit surface, and may leave it where steps do not lead back.
-        const bool worse =
-            kept && now.level.max_mm > kept->level.max_mm && now.level.rms_mm > kept->level.rms_mm;
+        const bool worse = kept && now.level.largest() > kept->level.largest() &&
+                           now.level.rms_mm > kept->level.rms_mm;
         const bool retry = worse && now.level.local;
         if (!worse) kept = std::move(now);
         result.met = kept->level.largest() <= options.tolerance_mm;

@@ -19,11 +19,9 @@ Points offsets(const subd::LimitOperator& limit_operator, const Points& points,
                const geom::ReferenceSurface& reference) {
     Points offset;
     limit_operator.apply(points, offset);
-    const Points normals = limit_operator.normals(points);
     base::parallel_for(std::size_t(offset.rows()), 64, [&](std::size_t first, std::size_t last) {
         for (auto i = Eigen::Index(first); i < Eigen::Index(last); ++i) {
-            const auto foot = foot_on_side(reference, offset.row(i).transpose(),
-                                           unit_or_none(normals.row(i).transpose()));
+            const auto foot = reference.foot_point(offset.row(i).transpose());
             offset.row(i) = foot.point.transpose() - offset.row(i);
         }
     });
@@ -33,8 +31,7 @@ Points offsets(const subd::LimitOperator& limit_operator, const Points& points,
 void measure_surface(const mesh::Cage& cage, const geom::ReferenceSurface& reference, int n,
                      LevelError& error) {
     const auto sites = face_sites(*cage.topology);
-    const subd::LimitOperator limit_operator(*cage.topology, {closed_grid(n)}, sites,
-                                             subd::SampleRows::PointsAndTangents);
+    const subd::LimitOperator limit_operator(*cage.topology, {closed_grid(n)}, sites);
     const Points offset = offsets(limit_operator, cage.points, reference);
     for (std::size_t s = 0; s < sites.size(); ++s) {
         FaceError& face = error.faces[sites[s].face.index()];
