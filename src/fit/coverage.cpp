@@ -155,6 +155,8 @@ std::vector<NearLimit> LimitSearch::nearest(const Points& control_points,
                     start.u += w[Eigen::Index(k)] * (facet[k] / (n + 1)) / n;
                     start.v += w[Eigen::Index(k)] * (facet[k] % (n + 1)) / n;
                 }
+                start.u = std::min(start.u, 1.0);  // weights may add up to a little more than 1
+                start.v = std::min(start.v, 1.0);
                 near.add(start);
                 return std::min(bound, distance + bulge * side);
             });

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 
 namespace patchwright::fit {
 
@@ -36,6 +37,7 @@ struct Candidate {
     LevelError error;
     int symmetry_axis = -1;
     int number = 0;
+    double side_reach = std::numeric_limits<double>::infinity();  ///< see foot_on_side
 };
 
 void fit_candidate(Candidate& c, const geom::ReferenceSurface& reference,
@@ -46,7 +48,7 @@ void fit_candidate(Candidate& c, const geom::ReferenceSurface& reference,
     FitOptions of_level = options;
     // Where strips of different width meet, bending would move more than it makes fair.
     if (c.level.local) of_level.fairness *= 1e-2;
-    LevelFit fitted = fit_level(c.cage, reference, of_level, c.level);
+    LevelFit fitted = fit_level(c.cage, reference, points, of_level, c.side_reach, c.level);
     c.cage.points = std::move(fitted.points);
     c.cage = subd::control_normals(c.cage);
     c.symmetry_axis = fitted.symmetry_axis;
@@ -60,18 +62,26 @@ void fit_candidate(Candidate& c, const geom::ReferenceSurface& reference,
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Whether the last levels have hardly come nearer than those before them: what is left then is not
-/// for want of control points.
+// Times as far as on the level before no point can be from where it belongs.
+constexpr double farthest = 10.0;
+
+/// Whether the last levels have hardly come nearer than those before them, neither where they are
+/// farthest nor on average: what is left then is not for want of control points.
 bool is_stuck(const std::vector<FitLevel>& levels) {
     constexpr std::ptrdiff_t last = 3;
     constexpr double hardly = 0.95;
     if (static_cast<std::ptrdiff_t>(levels.size()) <= last) return false;
-    const auto nearer = [](const FitLevel& a, const FitLevel& b) {
-        return a.largest() < b.largest();
+    const auto least = [&](auto begin, auto end, const auto& figure) {
+        double result = figure(*begin);
+        for (; begin != end; ++begin) result = std::min(result, figure(*begin));
+        return result;
     };
-    const double before = std::min_element(levels.begin(), levels.end() - last, nearer)->largest();
-    const double after = std::min_element(levels.end() - last, levels.end(), nearer)->largest();
-    return after > hardly * before;
+    const auto nearer = [&](const auto& figure) {
+        return least(levels.end() - last, levels.end(), figure) <
+               hardly * least(levels.begin(), levels.end() - last, figure);
+    };
+    return !nearer([](const FitLevel& l) { return l.largest(); }) &&
+           !nearer([](const FitLevel& l) { return l.rms_mm; });
 }
 
 FitResult fit_facing(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
@@ -82,7 +92,8 @@ FitResult fit_facing(const mesh::Cage& cage, const geom::ReferenceSurface& refer
             points.push_back(sample.point);
     FitResult result;
     Candidate now{.cage = cage};
-    std::optional<Candidate> kept;
+    std::optional<Candidate> kept;  // the one to refine
+    double least = std::numeric_limits<double>::infinity();
     bool last_resort = false;
     for (;;) {
         fit_candidate(now, reference, points, options);
@@ -92,8 +103,14 @@ FitResult fit_facing(const mesh::Cage& cage, const geom::ReferenceSurface& refer
         const bool worse = kept && now.level.largest() > kept->level.largest() &&
                            now.level.rms_mm > kept->level.rms_mm;
         const bool retry = worse && now.level.local;
+        if (now.level.largest() < least) {
+            least = now.level.largest();
+            result.cage = now.cage;
+            result.symmetry_axis = now.symmetry_axis;
+            result.best_level = now.number;
+        }
         if (!worse) kept = std::move(now);
-        result.met = kept->level.largest() <= options.tolerance_mm;
+        result.met = least <= options.tolerance_mm;
         const bool room = static_cast<int>(result.levels.size()) <= options.max_levels &&
                           !is_stuck(result.levels);
         std::optional<NextLevel> next;
@@ -107,12 +124,11 @@ FitResult fit_facing(const mesh::Cage& cage, const geom::ReferenceSurface& refer
             next = refine_where_needed(kept->cage, kept->error, {}, options, Refinement::Global);
         }
         if (!next) break;
-        now = {.cage = std::move(next->cage), .history = std::move(next->history)};
+        now = {.cage = std::move(next->cage),
+               .history = std::move(next->history),
+               .side_reach = farthest * kept->level.largest()};
         now.level.local = next->local;
     }
-    result.cage = std::move(kept->cage);
-    result.symmetry_axis = kept->symmetry_axis;
-    result.best_level = kept->number;
     return result;
 }
 

@@ -1,5 +1,6 @@
 #include "fit/level_fit.h"
 
+#include "fit/coverage.h"
 #include "fit/sampling.h"
 #include "fit/step_operator.h"
 #include "fit/symmetry.h"
@@ -55,11 +56,15 @@ struct Projection {
 class LevelFitter {
   public:
     LevelFitter(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-                const FitOptions& options, FitLevel& level)
-        : topology_(*cage.topology),
+                const std::vector<Vec3>& reverse_points, const FitOptions& options,
+                double side_reach, FitLevel& level)
+        : topology_shared_(cage.topology),
+          topology_(*cage.topology),
           points_(cage.points),
           reference_(reference),
+          reverse_points_(reverse_points),
           options_(options),
+          side_reach_(side_reach),
           level_(level),
           curves_(curve_sites(topology_)),
           surface_(topology_, {interior_grid(options.samples_per_edge)}, face_sites(topology_),
@@ -89,12 +94,65 @@ class LevelFitter {
             improve(curve_, curve_steps_, 0.0, (options_.max_projections + 1) / 2,
                     [&](const Points& p, const Projection*) { return project_curves(p); });
         }
-        improve(surface_, surface_steps_, options_.fairness, options_.max_projections,
-                [&](const Points& p, const Projection* last) { return project_surface(p, last); });
+        improve_surface(options_.fairness, options_.max_projections);
+        cover();
         return {std::move(points_), std::move(curves_), std::move(match_), symmetry_axis_};
     }
 
   private:
+    void improve_surface(double fairness, int rounds) {
+        improve(surface_, surface_steps_, fairness, rounds,
+                [&](const Points& p, const Projection* last) { return project_surface(p, last); });
+    }
+
+    /// Draws the surface to points of the reference that it does not come near, as beyond the
+    /// crest of a narrow ridge where feet of limit points lie on its sides.
+    void cover() {
+        if (reverse_points_.empty()) return;
+        search_.emplace(topology_shared_);
+        const auto farthest = [&](const std::vector<NearLimit>& near) {
+            double most = 0.0;
+            for (const NearLimit& n : near) most = std::max(most, n.distance);
+            return most;
+        };
+        std::vector<NearLimit> near = search_->nearest(points_, reverse_points_);
+        const double before = farthest(near);
+        if (before <= options_.tolerance_mm) return;
+        for (std::size_t i = 0; i < near.size(); ++i) {
+            if (near[i].distance > enough * options_.tolerance_mm)
+                uncovered_.push_back(reverse_points_[i]);
+        }
+        const Points without = points_;
+        const double forward = project_surface(points_, nullptr).distances.max;
+        improve_surface(0.0, options_.max_projections / 2);
+        uncovered_.clear();
+        const double after = std::max(farthest(search_->nearest(points_, reverse_points_)),
+                                      project_surface(points_, nullptr).distances.max);
+        if (after > std::max(before, forward)) points_ = without;
+    }
+
+    /// Asks the samples next to the limit points that are nearest to uncovered points to go with
+    /// these.
+    void draw_to_uncovered(const Points& points, const Points& normals, Projection& p) const {
+        if (uncovered_.empty()) return;
+        const int n = options_.samples_per_edge;
+        const std::vector<NearLimit> near = search_->nearest(points, uncovered_);
+        std::vector<double> drawn(std::size_t(p.limit.rows()), enough * options_.tolerance_mm);
+        for (std::size_t k = 0; k < near.size(); ++k) {
+            const auto cell = [&](double t) { return std::min(int(t * n), n - 1); };
+            const Eigen::Index i = surface_.site_rows()[std::size_t(near[k].site)] +
+                                   cell(near[k].u) * n + cell(near[k].v);
+            const Vec3 way = uncovered_[k] - near[k].point;
+            const double across = std::abs(way.dot(Vec3(normals.row(i).transpose())));
+            const bool beside = across < 0.5 * near[k].distance * normals.row(i).norm();
+            if (beside || !(near[k].distance > drawn[std::size_t(i)])) continue;
+            drawn[std::size_t(i)] = near[k].distance;
+            p.target.row(i) = p.limit.row(i) + way.transpose();
+            p.weights.direction.row(i) = way.transpose() / near[k].distance;
+            p.weights.weight[i] = 1.0;
+        }
+    }
+
     void hold_vertices() {
         std::vector<int> sharp_edges(curve_steps_.held.size(), 0);
         for (const EdgeId e : topology_.edges()) {
@@ -334,13 +392,14 @@ class LevelFitter {
                 for (auto i = Eigen::Index(first); i < Eigen::Index(end); ++i) {
                     const auto side = unit_or_none(normals.row(i).transpose());
                     const geom::FootPoint foot =
-                        foot_on_side(reference_, p.limit.row(i).transpose(), side);
+                        foot_on_side(reference_, p.limit.row(i).transpose(), side, side_reach_);
                     p.target.row(i) = foot.point.transpose();
                     p.areas[i] = normals.row(i).dot(foot.normal);
                     set_direction(p, i, foot.normal, true);
                     p.weights.weight[i] = trust(p, last, i, side ? foot.normal.dot(*side) : 1.0);
                 }
             });
+        draw_to_uncovered(points, normals, p);
         return finished(std::move(p));
     }
 
@@ -384,10 +443,13 @@ class LevelFitter {
         return p;
     }
 
+    std::shared_ptr<const Topology> topology_shared_;
     const Topology& topology_;
     Points points_;
     const geom::ReferenceSurface& reference_;
+    const std::vector<Vec3>& reverse_points_;
     const FitOptions& options_;
+    double side_reach_;
     FitLevel& level_;
     CurveSampling curves_;
     subd::LimitOperator surface_;
@@ -400,13 +462,16 @@ class LevelFitter {
     FeatureMatch match_;
     PointConstraints curve_steps_, surface_steps_;
     int symmetry_axis_ = -1;
+    std::optional<LimitSearch> search_;
+    std::vector<Vec3> uncovered_;  // points of the reference that samples are drawn to
 };
 
 }  // namespace
 
 LevelFit fit_level(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-                   const FitOptions& options, FitLevel& level) {
-    return LevelFitter(cage, reference, options, level).run();
+                   const std::vector<Vec3>& points, const FitOptions& options, double side_reach,
+                   FitLevel& level) {
+    return LevelFitter(cage, reference, points, options, side_reach, level).run();
 }
 
 }  // namespace patchwright::fit

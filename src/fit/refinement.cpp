@@ -20,7 +20,7 @@ using mesh::Topology;
 constexpr double coarse_share = 0.2;
 // Cuts after which a face that came no nearer is left alone: what is left is a feature that the
 // cage lacks.
-constexpr int patience = 2;
+constexpr int patience = 5;
 // Splitting all faces leaves the limit surface as it is; splitting most is not worth moving it.
 constexpr double most = 0.7;
 // Factor of the bending energy of the change when limit points go back to the coarse surface.

@@ -343,10 +343,10 @@ mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ReferenceSurfa
                         "pass --cage-unit",
                         size_ratio, options.cage_unit));
     }
-    // The fit looks at its own samples; the rest of the tolerance is for what lies between them.
+    // The rest of the tolerance is for caps, and for what lies between the fit's samples.
     fit::FitResult result = fit::fit(
         cage, reference,
-        {.tolerance_mm = 0.8 * tolerance,
+        {.tolerance_mm = 0.9 * tolerance,
          .refinement = options.refine == "local" ? fit::Refinement::Local : fit::Refinement::Global,
          .max_levels = options.max_levels,
          .max_vertices = options.max_vertices,

@@ -35,7 +35,6 @@ struct Attempt {
     double deviation = 0.0;  ///< the larger one of both ways, of the diagonal
     double tolerance = 0.0;  ///< of the diagonal
     bool valid = false;      ///< what the file holds, as read back
-    bool fit_met = false;    ///< by the fit's samples, which go one way
 
     [[nodiscard]] bool met() const { return deviation <= tolerance && valid; }
     [[nodiscard]] bool better_than(const Attempt& other) const {
@@ -47,16 +46,12 @@ struct Attempt {
 double caps(const Run& run) { return caps_share * run.report.fit->tolerance; }
 
 /// Fits, writes and measures.
-/// @param share  of the tolerance that the fit is to meet
-Attempt attempt_once(Run& run, const ConvertOptions& options, const mesh::Cage& cage,
-                     FitCommandOptions fit, const geom::ModelSurface& reference, double share) {
+Attempt attempt(Run& run, const ConvertOptions& options, const mesh::Cage& cage,
+                const FitCommandOptions& fit, const geom::ModelSurface& reference) {
     Attempt result;
     const double diagonal = reference.bounds().diagonal();
     result.tolerance = relative_tolerance(fit, reference);
-    fit.tolerance = fmt::format("{}rel", share * result.tolerance);
     result.fitted = fit_cage(run, cage, reference, fit);
-    result.fit_met = run.report.fit->met;
-    run.report.fit->tolerance = result.tolerance * diagonal;
     const occ::CadModel written =
         write_patches(run, result.fitted, options.output, run.report.unit, caps(run), &reference);
     result.output = std::make_shared<const occ::CadReference>(written);
@@ -80,35 +75,6 @@ void take(Run& run, const Attempt& attempt) {
     run.report = attempt.report;
     run.report.seconds = seconds;
     run.report.notices = notices;
-}
-
-/// The same, and once more from the fitted cage with less tolerance where the fit took for met what
-/// is just missed when measured both ways. What is missed by far, a fit does not cover at all.
-Attempt attempt(Run& run, const ConvertOptions& options, const mesh::Cage& cage,
-                FitCommandOptions fit, const geom::ModelSurface& reference) {
-    constexpr double tighter = 0.6, just = 1.5;
-    constexpr int more_levels = 3;
-    Attempt first = attempt_once(run, options, cage, fit, reference, 1.0);
-    const bool just_missed = first.deviation < just * first.tolerance;
-    if (first.met() || !first.valid || !first.fit_met || !just_missed) return first;
-    fit.max_levels = std::min(fit.max_levels, more_levels);
-    Attempt second = attempt_once(run, options, first.fitted, fit, reference, tighter);
-    report::FitFigures& figures = *run.report.fit;
-    const auto& before = first.report.fit->levels;
-    figures.levels.insert(figures.levels.begin(), before.begin(), before.end());
-    figures.before = first.report.fit->before;
-    figures.best_level += static_cast<int>(before.size());
-    run.notice(fmt::format(
-        "measured both ways the fit left {:.2g} of the diagonal; fitted to {} of the tolerance "
-        "it leaves {:.2g}",
-        first.deviation, tighter, second.deviation));
-    if (second.better_than(first)) {
-        second.report = run.report;
-        return second;
-    }
-    take(run, first);
-    write_patches(run, first.fitted, options.output, run.report.unit, caps(run), &reference);
-    return first;
 }
 
 int finish(Run& run, const ConvertOptions& options, const Attempt& attempt,

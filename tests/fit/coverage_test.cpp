@@ -1,0 +1,131 @@
+#include "fit/coverage.h"
+
+#include "fit/sampling.h"
+#include "support/cages.h"
+
+#include <patchwright/fit/fit.h>
+
+#include <catch2/catch.hpp>
+
+using namespace patchwright;
+using geom::Vec3;
+
+TEST_CASE("the limit point near a point is the nearest one", "[fit][oracle]") {
+    const mesh::Cage cage = GENERATE(test::torus(9, 6, 3.0, 1.0), test::fan(5), test::fan(3),
+                                     test::random_cage(4), test::random_cage(7, {.open = true}));
+    const auto sites = fit::face_sites(*cage.topology);
+    const subd::LimitEvaluator evaluator(cage.topology);
+    // All limit points of a fine grid: nothing may be nearer than these by more than their width.
+    constexpr int fine = 60;
+    std::vector<Vec3> points;
+    double width = 0.0;
+    for (const subd::Site& site : sites) {
+        for (int i = 0; i <= fine; ++i) {
+            for (int j = 0; j <= fine; ++j) {
+                points.push_back(evaluator.position(
+                    cage.points, {site.face, double(i) / fine, double(j) / fine, site.sector}));
+                if (j > 0) width = std::max(width, (points.back() - points.end()[-2]).norm());
+            }
+        }
+    }
+    std::vector<Vec3> queries;
+    for (std::size_t k = 0; k < 200; ++k) {
+        const double offset = 0.02 * std::sin(double(k));
+        queries.push_back(points[k * 7919 % points.size()] + offset * Vec3(0.5, -0.3, 0.8));
+    }
+    const auto near = fit::LimitSearch(cage.topology).nearest(cage.points, queries);
+    REQUIRE(near.size() == queries.size());
+    for (std::size_t k = 0; k < queries.size(); ++k) {
+        double nearest = 1e300;
+        for (const Vec3& p : points) nearest = std::min(nearest, (p - queries[k]).norm());
+        const subd::Site& site = sites[std::size_t(near[k].site)];
+        const Vec3 there =
+            evaluator.position(cage.points, {site.face, near[k].u, near[k].v, site.sector});
+        CHECK((there - near[k].point).norm() < 1e-12);
+        CHECK(near[k].distance == Approx((there - queries[k]).norm()).margin(1e-12));
+        CHECK(near[k].distance <= nearest + 1e-9);
+        // Between grid points the surface may be nearer by what Pythagoras leaves.
+        CHECK(near[k].distance >= std::sqrt(std::max(0.0, nearest * nearest - width * width)));
+    }
+}
+
+namespace {
+
+/// A plane with a ridge along y that is much narrower than faces: the feet of nearly all points
+/// near the plane are on the plane.
+class Blade final : public geom::ReferenceSurface {
+  public:
+    Blade(double half_width, double height) : half_width_(half_width), height_(height) {}
+    geom::Box3 bounds() const override { return {Vec3(-1, -1, 0), Vec3(1, 1, height_)}; }
+    geom::FootPoint foot_point(const Vec3& q, const std::optional<Vec3>&) const override {
+        geom::FootPoint best;
+        best.distance = 1e300;
+        const std::array<Eigen::Vector2d, 5> line{
+            {{-1.0, 0.0}, {-half_width_, 0.0}, {0.0, height_}, {half_width_, 0.0}, {1.0, 0.0}}};
+        for (std::size_t i = 0; i + 1 < line.size(); ++i) {
+            const Eigen::Vector2d way = line[i + 1] - line[i];
+            const double t = std::clamp(
+                (Eigen::Vector2d(q.x(), q.z()) - line[i]).dot(way) / way.squaredNorm(), 0.0, 1.0);
+            const Eigen::Vector2d at = line[i] + t * way;
+            const Vec3 p(at.x(), std::clamp(q.y(), -1.0, 1.0), at.y());
+            if ((p - q).norm() < best.distance)
+                best = {p, Vec3(-way.y(), 0, way.x()).normalized(), (p - q).norm(), 0};
+        }
+        return best;
+    }
+    std::vector<geom::SurfaceSample> sample(int count) const override {
+        std::vector<geom::SurfaceSample> samples;
+        const int n = int(std::sqrt(double(count)));
+        for (int i = 0; i <= n; ++i) {
+            for (int j = 0; j <= n; ++j) {
+                const double x = -1.0 + 2.0 * i / n;
+                const double z = std::max(0.0, height_ * (1.0 - std::abs(x) / half_width_));
+                samples.push_back({Vec3(x, -1.0 + 2.0 * j / n, z), Vec3::UnitZ(), 0, 1.0});
+            }
+        }
+        return samples;
+    }
+
+  private:
+    double half_width_, height_;
+};
+
+mesh::Cage plate() {
+    mesh::Cage cage = test::grid(5, 3, {.boundary_rule = mesh::BoundaryRule::EdgeAndCorner});
+    cage.points.col(0) = cage.points.col(0).array() * 0.4 - 1.0;
+    cage.points.col(1) = cage.points.col(1).array() * (2.0 / 3.0) - 1.0;
+    return cage;
+}
+
+}  // namespace
+
+TEST_CASE("a fit does not take for met what it does not cover", "[fit][oracle]") {
+    const Blade blade(0.02, 0.05);
+    fit::FitOptions options{.tolerance_mm = 0.01, .max_levels = 0, .reverse_samples = 0};
+    const auto one_way = fit::fit(plate(), blade, options);
+    CHECK(one_way.met);  // flat: its points are near the plane
+    options.reverse_samples = 40000;
+    const auto both = fit::fit(plate(), blade, options);
+    CHECK_FALSE(both.met);
+    CHECK(both.levels[0].reverse_max_mm > 0.02);
+    CHECK(both.levels[0].reverse_max_mm <= 0.05 + 1e-6);
+}
+
+TEST_CASE("a fit goes where it is not near the reference", "[fit][oracle]") {
+    const Blade ridge(0.2, 0.2);
+    const auto fitted = [&](int reverse_samples) {
+        return fit::fit(plate(), ridge, {.tolerance_mm = 0.02, .reverse_samples = reverse_samples});
+    };
+    const auto both = fitted(10000);
+    CHECK(both.met);
+    // Measured apart from the fit.
+    std::vector<Vec3> points;
+    for (const auto& s : ridge.sample(3000)) points.push_back(s.point);
+    const auto farthest = [&](const mesh::Cage& cage) {
+        double most = 0.0;
+        for (const auto& near : fit::LimitSearch(cage.topology).nearest(cage.points, points))
+            most = std::max(most, near.distance);
+        return most;
+    };
+    CHECK(farthest(both.cage) <= 0.02);
+}
