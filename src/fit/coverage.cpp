@@ -89,6 +89,7 @@ NearLimit LimitSearch::improved(const Points& control_points, NearLimit best,
     };
     subd::LimitPoint at = evaluate(best.u, best.v);
     best.point = at.position;
+    best.normal = at.normal;
     best.distance = (query - at.position).norm();
     for (int step = 0; step < steps && at.smoothness == subd::Smoothness::Derivatives; ++step) {
         const Vec3 way = query - at.position;
@@ -110,7 +111,7 @@ NearLimit LimitSearch::improved(const Points& control_points, NearLimit best,
         at = evaluate(u, v);
         const double distance = (query - at.position).norm();
         if (!(distance < best.distance)) break;
-        best = {best.site, u, v, at.position, distance};
+        best = {best.site, u, v, at.position, at.normal, distance};
     }
     return best;
 }

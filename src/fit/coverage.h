@@ -14,6 +14,7 @@ struct NearLimit {
     int site = -1;  ///< number among face_sites()
     double u = 0.0, v = 0.0;
     geom::Vec3 point = geom::Vec3::Zero();
+    geom::Vec3 normal = geom::Vec3::Zero();  ///< unit, or zero where there is none
     double distance = 0.0;
 };
 

@@ -133,7 +133,7 @@ class LevelFitter {
 
     /// Asks the samples next to the limit points that are nearest to uncovered points to go with
     /// these.
-    void draw_to_uncovered(const Points& points, const Points& normals, Projection& p) const {
+    void draw_to_uncovered(const Points& points, Projection& p) const {
         if (uncovered_.empty()) return;
         const int n = options_.samples_per_edge;
         const std::vector<NearLimit> near = search_->nearest(points, uncovered_);
@@ -143,8 +143,8 @@ class LevelFitter {
             const Eigen::Index i = surface_.site_rows()[std::size_t(near[k].site)] +
                                    cell(near[k].u) * n + cell(near[k].v);
             const Vec3 way = uncovered_[k] - near[k].point;
-            const double across = std::abs(way.dot(Vec3(normals.row(i).transpose())));
-            const bool beside = across < 0.5 * near[k].distance * normals.row(i).norm();
+            // Beyond an open border the nearest limit point is no foot point.
+            const bool beside = std::abs(way.dot(near[k].normal)) < 0.5 * near[k].distance;
             if (beside || !(near[k].distance > drawn[std::size_t(i)])) continue;
             drawn[std::size_t(i)] = near[k].distance;
             p.target.row(i) = p.limit.row(i) + way.transpose();
@@ -399,7 +399,7 @@ class LevelFitter {
                     p.weights.weight[i] = trust(p, last, i, side ? foot.normal.dot(*side) : 1.0);
                 }
             });
-        draw_to_uncovered(points, normals, p);
+        draw_to_uncovered(points, p);
         return finished(std::move(p));
     }
 
