@@ -84,8 +84,10 @@ class SectionWriter {
         for (std::size_t i = 0; i < f.levels.size(); ++i) {
             const fit::FitLevel& l = f.levels[i];
             row(fmt::format("level {}", i),
-                "{} vertices, {} projections, {} CGLS steps: max {}, rms {}, {:.2f} s", l.vertices,
-                l.projections, l.cgls_steps, length(l.max_mm), length(l.rms_mm), l.seconds);
+                "{} vertices, {} projections, {} CGLS steps: max {} and {} the other way, rms {}, "
+                "{:.2f} s",
+                l.vertices, l.projections, l.cgls_steps, length(l.max_mm), length(l.reverse_max_mm),
+                length(l.rms_mm), l.seconds);
         }
         if (f.levels.empty()) return;
         const fit::FitLevel& best = f.levels[std::size_t(f.best_level)];
