@@ -3,6 +3,7 @@
 #include <patchwright/fit/cgls.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -40,6 +41,33 @@ Column3 ratio(const Column3& a, const Column3& b) {
     return (b > 0.0).select(a / b.max(1e-300), Column3::Zero());
 }
 
+/// x += alpha d and s -= alpha t on `size` numbers, coordinate after coordinate; returns the
+/// largest |alpha d|, times `sizes` unless that is null.
+double take_step(const Column3& alpha, const double* d, const double* t, const double* sizes,
+                 Eigen::Index size, double* x, double* s) {
+    using Four = Eigen::Array<double, 12, 1>;  // points
+    Four factor;
+    factor << alpha, alpha, alpha, alpha;
+    Four largest = Four::Zero();
+    Eigen::Index i = 0;
+    for (; i + 12 <= size; i += 12) {
+        const Four step = factor * Eigen::Map<const Four>(d + i);
+        Eigen::Map<Four>(x + i) += step;
+        Eigen::Map<Four>(s + i) -= factor * Eigen::Map<const Four>(t + i);
+        largest =
+            largest.max(sizes != nullptr ? (step * Eigen::Map<const Four>(sizes + i)).abs().eval()
+                                         : step.abs());
+    }
+    double result = largest.maxCoeff();
+    for (; i < size; ++i) {
+        const double step = alpha[i % 3] * d[i];
+        x[i] += step;
+        s[i] -= alpha[i % 3] * t[i];
+        result = std::max(result, std::abs(sizes != nullptr ? step * sizes[i] : step));
+    }
+    return result;
+}
+
 }  // namespace
 
 Eigen::Array3d LinearOperator::normal_product(const Points& x, Points& t) const {
@@ -47,6 +75,14 @@ Eigen::Array3d LinearOperator::normal_product(const Points& x, Points& t) const 
     apply(x, product);
     apply_transposed(product, t);
     return squared_norms(product);
+}
+
+Eigen::Array3d LinearOperator::normal_residual(const Points& b, const Points& x, Points& s) const {
+    Points r;
+    apply(x, r);
+    r = b - r;
+    apply_transposed(r, s);
+    return squared_norms(r);
 }
 
 CglsResult solve_cgls(const LinearOperator& a, const Points& b, const Points& start,
@@ -62,48 +98,57 @@ CglsResult solve_cgls(const LinearOperator& a, const Points& b, const Points& st
     if (options.unknown_sizes != nullptr && options.unknown_sizes->rows() != a.columns()) {
         throw base::InvalidArgument("solve_cgls: unknown_sizes has not one row an unknown");
     }
+    const Preconditioner* const b_of = options.preconditioner;
+    if (b_of != nullptr && b_of->size() != a.columns()) {
+        throw base::InvalidArgument(
+            "solve_cgls: preconditioner has another size than the operator");
+    }
     const auto steps_of = [&](const Column3& norms) {
         return options.joint ? Column3::Constant(norms.sum()).eval() : norms;
     };
     CglsResult result;
     result.x = start;
-    Points r, s, d, t;
+    Points s, d, t, u;    // A^T r, direction, A^T A d, B^T s
     Points safe = start;  // where the residual was made from x the last time
-    Column3 least_residual = Column3::Constant(std::numeric_limits<double>::infinity());
+    Column3 residual, least_residual = Column3::Constant(std::numeric_limits<double>::infinity());
     const auto set_residual = [&] {
-        a.apply(result.x, r);
-        r = b - r;
+        residual = a.normal_residual(b, result.x, s);
         // Every step makes it smaller but those that rounding alone directs, where A^T r is zero.
-        const Column3 now = steps_of(squared_norms(r));
+        const Column3 now = steps_of(residual);
         if (!(now <= least_residual * (1.0 + 1e-9)).all()) {
             for (int c = 0; c < 3; ++c) {
                 if (!(now[c] <= least_residual[c])) result.x.col(c) = safe.col(c);
             }
-            a.apply(result.x, r);
-            r = b - r;
+            residual = a.normal_residual(b, result.x, s);
         }
-        least_residual = steps_of(squared_norms(r));
+        least_residual = steps_of(residual);
         safe = result.x;
-        a.apply_transposed(r, s);
+    };
+    const auto preconditioned_norms = [&] {
+        return steps_of(b_of != nullptr ? b_of->apply_transposed(s, u) : squared_norms(s));
+    };
+    const auto steepest = [&] {
+        d = s;
+        if (b_of != nullptr) b_of->apply(u, Column3::Zero(), d);
     };
     set_residual();
-    Column3 gamma = steps_of(squared_norms(s));
+    Column3 gamma = preconditioned_norms();
     // Below rounding the recurrence goes on where the truth cannot follow.
     const double wanted = std::max(options.relative_residual, 1e-15);
     const Column3 goal = gamma * wanted * wanted;
     Column3 least = gamma;  // when the residual was made anew the last time
-    d = s;
+    steepest();
     bool still = false;
     for (;;) {
         if (still || !(gamma > goal).any()) {
             // What rounding has put between the recurrence and the truth shows here.
             if (result.iterations > 0) set_residual();
-            gamma = steps_of(squared_norms(s));
+            gamma = preconditioned_norms();
             const bool better = (gamma < 0.25 * least || gamma <= goal).all();
             if (still && (gamma > goal).any()) result.stop = CglsStop::LeastChange;
             if (still || !better || !(gamma > 1.1 * goal).any()) break;
             least = gamma;
-            d = s;
+            steepest();
         }
         if (result.iterations == options.max_iterations) {
             set_residual();
@@ -118,34 +163,41 @@ CglsResult solve_cgls(const LinearOperator& a, const Points& b, const Points& st
         const std::size_t blocks = (std::size_t(d.rows()) + grain - 1) / grain;
         std::vector<double> change(blocks, 0.0);
         std::vector<Column3> norms(blocks);
+        Column3 next;
         over_rows(d.rows(), [&](Eigen::Index first, Eigen::Index count) {
             const auto block = std::size_t(first) / grain;
-            const auto step = d.middleRows(first, count) * alpha.matrix().asDiagonal();
-            if (options.least_change > 0.0) {
-                Points moved = step;
-                if (options.unknown_sizes != nullptr)
-                    moved = moved.cwiseProduct(options.unknown_sizes->middleRows(first, count));
-                change[block] = moved.cwiseAbs().maxCoeff();
+            const Eigen::Index at = 3 * first, size = 3 * count;
+            const double* sizes =
+                options.unknown_sizes != nullptr ? options.unknown_sizes->data() + at : nullptr;
+            change[block] = take_step(alpha, d.data() + at, t.data() + at, sizes, size,
+                                      result.x.data() + at, s.data() + at);
+            if (b_of == nullptr) {
+                norms[block] =
+                    s.middleRows(first, count).colwise().squaredNorm().transpose().array();
             }
-            result.x.middleRows(first, count).noalias() += step;
-            s.middleRows(first, count).noalias() -=
-                t.middleRows(first, count) * alpha.matrix().asDiagonal();
-            norms[block] = s.middleRows(first, count).colwise().squaredNorm().transpose().array();
         });
-        Column3 sum = Column3::Zero();
-        for (const Column3& part : norms) sum += part;
-        const Column3 next = steps_of(sum);
+        if (b_of != nullptr) {
+            next = steps_of(b_of->apply_transposed(s, u));
+        } else {
+            Column3 sum = Column3::Zero();
+            for (const Column3& part : norms) sum += part;
+            next = steps_of(sum);
+        }
         const Column3 beta = open.select(ratio(next, gamma), 0.0);
-        over_rows(d.rows(), [&](Eigen::Index first, Eigen::Index count) {
-            auto block = d.middleRows(first, count);
-            block = s.middleRows(first, count) + (block * beta.matrix().asDiagonal()).eval();
-        });
+        if (b_of != nullptr) {
+            b_of->apply(u, beta, d);
+        } else {
+            over_rows(d.rows(), [&](Eigen::Index first, Eigen::Index count) {
+                auto block = d.middleRows(first, count);
+                block = s.middleRows(first, count) + (block * beta.matrix().asDiagonal()).eval();
+            });
+        }
         gamma = next;
         ++result.iterations;
         still = options.least_change > 0.0 && blocks > 0 &&
                 *std::max_element(change.begin(), change.end()) <= options.least_change;
     }
-    result.residual = r.norm();
+    result.residual = std::sqrt(residual.sum());
     result.normal_residual = s.norm();
     return result;
 }

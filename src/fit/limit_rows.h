@@ -19,6 +19,14 @@ class LimitRows final : public LinearOperator {
     Eigen::Array3d normal_product(const geom::Points& x, geom::Points& t) const override {
         return limit_.normal_product(x, t);
     }
+    Eigen::Array3d normal_residual(const geom::Points& b, const geom::Points& x,
+                                   geom::Points& s) const override {
+        return limit_.normal_product(
+            x, s, [&](Eigen::Index first, subd::LimitOperator::Rows rows) -> Eigen::Array3d {
+                rows = b.middleRows(first, rows.rows()) - rows;
+                return rows.colwise().squaredNorm().transpose();
+            });
+    }
 
   private:
     const subd::LimitOperator& limit_;

@@ -4,6 +4,7 @@
 #include "fit/bench_orders.h"
 #include "fit/bench_peers.h"
 #include "fit/limit_rows.h"
+#include "fit/mesh_preconditioner.h"
 #include "support/analytic_references.h"
 #include "support/bench.h"
 #include "support/cages.h"
@@ -127,24 +128,25 @@ Nested solve_nested(const Problem& finest, int samples_along) {
         coarse.push_back(problem(finest.nu >> k, finest.nv >> k, samples_along));
     }
     // Coarser levels have their own distances; more than a start is not to be had from them.
-    const auto options = [](double change) {
-        return fit::CglsOptions{
-            .max_iterations = 500, .relative_residual = 0.0, .least_change = change};
+    const auto solve = [](const Problem& p, const Points& start, double change) {
+        const fit::MeshPreconditioner preconditioner(*p.cage.topology);
+        return fit::solve_cgls(fit::LimitRows(p.limit), p.target, start,
+                               {.max_iterations = 500,
+                                .relative_residual = 0.0,
+                                .least_change = change,
+                                .preconditioner = &preconditioner});
     };
     Nested result;
     result.start = Points::Zero((coarse.empty() ? finest : coarse.front()).cage.points.rows(), 3);
     result.start_seconds = test::seconds([&] {
         for (const Problem& level : coarse) {
-            const auto solved = fit::solve_cgls(fit::LimitRows(level.limit), level.target,
-                                                result.start, options(1e-4));
+            const auto solved = solve(level, result.start, 1e-4);
             result.coarse_steps += solved.iterations;
             result.start = refined(solved.x, level.nu, level.nv);
         }
     });
-    result.finest_seconds = test::seconds([&] {
-        result.finest = fit::solve_cgls(fit::LimitRows(finest.limit), finest.target, result.start,
-                                        options(least_change));
-    });
+    result.finest_seconds =
+        test::seconds([&] { result.finest = solve(finest, result.start, least_change); });
     return result;
 }
 
@@ -200,9 +202,12 @@ ordered_json measure_solves(const Problem& p, const bench::StoredRows* stored, i
                         {"error", error(nested.finest.x)}};
     fit::CglsResult from_zero;
     result["seconds_from_zero"] = test::seconds([&] {
-        from_zero = fit::solve_cgls(
-            ours, p.target, zero,
-            {.max_iterations = 500, .relative_residual = 0.0, .least_change = least_change});
+        const fit::MeshPreconditioner preconditioner(*p.cage.topology);
+        from_zero = fit::solve_cgls(ours, p.target, zero,
+                                    {.max_iterations = 500,
+                                     .relative_residual = 0.0,
+                                     .least_change = least_change,
+                                     .preconditioner = &preconditioner});
     });
     result["steps_from_zero"] = from_zero.iterations;
     if (stored == nullptr || samples_along != 2) return result;
