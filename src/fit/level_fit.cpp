@@ -3,6 +3,7 @@
 #include "fit/coverage.h"
 #include "fit/sampling.h"
 #include "fit/step_operator.h"
+#include "fit/stiffness.h"
 #include "fit/symmetry.h"
 
 #include <patchwright/base/parallel.h>
@@ -34,8 +35,9 @@ constexpr double enough = 0.4;
 constexpr double slanted = 0.3;
 // A face that anywhere keeps less than this share of its area in the given cage is about to fold.
 constexpr double thin_share = 0.1;
-// What slides there then counts so much more than before, and at most so much in all.
-constexpr double stiffer = 10.0, stiffest = 1e4;
+// Sliding by as much as a face is wide counts as much as missing by this share of the tolerance:
+// enough against what drifts for nothing, too little to keep curves and noses from their place.
+constexpr double slack = 0.1;
 // Weight of samples whose foot point is not to be believed.
 constexpr double least_trust = 0.1;
 
@@ -69,15 +71,11 @@ class LevelFitter {
           curves_(curve_sites(topology_)),
           surface_(topology_, {interior_grid(options.samples_per_edge)}, face_sites(topology_),
                    subd::SampleRows::PointsAndTangents),
-          bending_(topology_, {interior_grid(2)}, face_sites(topology_), subd::SampleRows::Bending),
-          bent_places_(topology_, {interior_grid(2)}, face_sites(topology_),
-                       subd::SampleRows::PointsAndTangents),
+          stiffness_(topology_, points_, options.keeps_form ? slack * options.tolerance_mm : 0.0),
           curve_(topology_, side_sets(options.samples_per_edge), curves_.sites),
+          preconditioner_(topology_),
           curve_steps_{.held = std::vector<std::uint8_t>(std::size_t(topology_.vertex_count()))},
           surface_steps_(curve_steps_) {
-        find_evenness();
-        bending_.apply(points_, given_);
-        stiffened_.assign(bending_.site_rows().size() - 1, 1.0);
         given_areas_ = surface_.normals(points_).rowwise().norm();
         Points samples;
         curve_.apply(points_, samples);
@@ -214,20 +212,23 @@ class LevelFitter {
             if (now.distances.max < enough * options_.tolerance_mm && !folding) return;
             (now.of_curves ? now.weights.along : now.weights.across) = sliding;
             // Bending has fewer samples a face than the surface, and they count alike.
-            const double share = double(samples.rows()) / double(bending_.rows());
+            const double share = double(samples.rows()) / double(stiffness_.rows().rows());
             const double bending = fairness * share;
             // Curves go where their features are; the surface then evens out what is left.
-            const Stiffness stiff = stiffness(bending, now.of_curves ? 0.0 : share);
-            const StepOperator step(samples, now.weights, bending_, stiff.rows, damping,
+            const Stiffness stiff =
+                stiffness_.around(points_, bending, now.of_curves ? 0.0 : share);
+            const StepOperator step(samples, now.weights, stiffness_.rows(), stiff.rows, damping,
                                     constraints);
-            const CglsResult solution =
-                solve_cgls(step, step.right_side(now.target - now.limit, changes(stiff)),
-                           Points::Zero(step.columns(), 3),
-                           {.max_iterations = options_.max_cgls_iterations,
-                            .relative_residual = 1e-4,
-                            .least_change = options_.least_change * options_.tolerance_mm,
-                            .unknown_sizes = &step.scale(),
-                            .joint = true});
+            step.precondition(preconditioner_);
+            const CglsResult solution = solve_cgls(
+                step, step.right_side(now.target - now.limit, stiffness_.changes(points_, stiff)),
+                Points::Zero(step.columns(), 3),
+                {.max_iterations = options_.max_cgls_iterations,
+                 .relative_residual = 1e-4,
+                 .least_change = options_.least_change * options_.tolerance_mm,
+                 .unknown_sizes = &step.scale(),
+                 .preconditioner = &preconditioner_,
+                 .joint = true});
             const Points candidate = points_ + step.displacements(solution.x);
             Projection next = project(candidate, &now);
             level_.cgls_steps += solution.iterations;
@@ -235,8 +236,8 @@ class LevelFitter {
             level_.solves_by_steps += solution.stop == CglsStop::MaxIterations ? 1 : 0;
             ++level_.projections;
             const double was = now.energy(now.weights), is = next.energy(now.weights);
-            const double before = was + energy(stiff, points_);
-            const double after = is + energy(stiff, candidate);
+            const double before = was + stiffness_.energy(points_, stiff);
+            const double after = is + stiffness_.energy(candidate, stiff);
             // Holding on to the given form must not drive the surface away.
             if (!(after < before) || is > 2.0 * least) {
                 if (sliding < 1.0) {
@@ -260,104 +261,17 @@ class LevelFitter {
         }
     }
 
-    /// How second derivatives count: all of them with the bending's weight, and what lies in the
-    /// surface, where it makes lines uneven but bends nothing, with the evenness' weight as far as
-    /// it is not the given cage's.
-    struct Stiffness {
-        SampleWeights rows;
-        double bending = 0.0;
-        Eigen::VectorXd evenness;
-    };
-
-    /// Sliding by as much as a face is wide counts as much as missing by a tenth of the tolerance:
-    /// enough against what drifts for nothing, too little to keep curves and noses from their
-    /// place.
-    void find_evenness() {
-        std::vector<double> rows;
-        for (const mesh::FaceId f : topology_.faces()) {
-            const int n = topology_.size(f);
-            std::vector<double> sides;
-            for (const mesh::CornerId c : topology_.corners(f)) {
-                const VertexId a = topology_.vertex(c), b = topology_.vertex(topology_.next(c));
-                sides.push_back((points_.row(a.value) - points_.row(b.value)).norm());
-            }
-            for (int sector = 0; sector < (n == 4 ? 1 : n); ++sector) {
-                const auto at = [&](int i) { return sides[std::size_t((sector + i) % n)]; };
-                const double u = n == 4 ? 0.5 * (at(0) + at(2)) : 0.5 * at(0);
-                const double v = n == 4 ? 0.5 * (at(1) + at(3)) : 0.5 * at(n - 1);
-                for (int sample = 0; sample < 4; ++sample) {
-                    rows.insert(rows.end(), {u * u, u * v, v * v});
-                }
-            }
-        }
-        evenness_ = Eigen::Map<const Eigen::VectorXd>(rows.data(), Eigen::Index(rows.size()))
-                        .cwiseMax(1e-300)
-                        .cwiseInverse() *
-                    std::pow(options_.keeps_form ? 0.1 * options_.tolerance_mm : 0.0, 2);
-    }
-
     /// Holds faces that are about to fold closer to their given form. Whether there were any that
     /// could be.
     bool stiffen_thin_faces(const Projection& p) {
         if (p.of_curves || !options_.keeps_form) return false;
-        bool any = false;
-        const auto &samples = surface_.site_rows(), &rows = bending_.site_rows();
-        for (std::size_t site = 0; site + 1 < rows.size(); ++site) {
-            bool thin = false;
+        const auto& samples = surface_.site_rows();
+        return stiffness_.stiffen([&](std::size_t site) {
             for (auto i = samples[site]; i < samples[site + 1]; ++i) {
-                thin = thin || p.areas[i] < thin_share * given_areas_[i];
+                if (p.areas[i] < thin_share * given_areas_[i]) return true;
             }
-            if (!thin || stiffened_[site] >= stiffest) continue;
-            stiffened_[site] *= stiffer;
-            evenness_.segment(rows[site], rows[site + 1] - rows[site]) *= stiffer;
-            any = true;
-        }
-        return any;
-    }
-
-    [[nodiscard]] Stiffness stiffness(double bending, double share) const {
-        Stiffness s{.bending = bending, .evenness = share * evenness_};
-        s.rows.along = std::sqrt(bending);
-        s.rows.across_by_row = (s.evenness.array() + bending).sqrt();
-        s.rows.without = s.rows.along;
-        s.rows.weight = Eigen::VectorXd::Ones(bending_.rows());
-        s.rows.direction = Points::Zero(bending_.rows(), 3);
-        const Points normals = bent_places_.normals(points_);
-        for (Eigen::Index i = 0; i < normals.rows(); ++i) {
-            const auto normal = unit_or_none(normals.row(i).transpose());
-            if (normal) s.rows.direction.middleRows(3 * i, 3).rowwise() = normal->transpose();
-        }
-        return s;
-    }
-
-    /// The part across the directions; none where there is none.
-    static Eigen::RowVector3d tangential(const Stiffness& s, const Points& rows, Eigen::Index i) {
-        const Eigen::RowVector3d n = s.rows.direction.row(i);
-        if (n.isZero()) return Eigen::RowVector3d::Zero();
-        return rows.row(i) - rows.row(i).dot(n) * n;
-    }
-
-    /// Of the second derivatives, as the step is to make them.
-    [[nodiscard]] Points changes(const Stiffness& s) const {
-        Points rows;
-        bending_.apply(points_, rows);
-        for (Eigen::Index i = 0; i < rows.rows(); ++i) {
-            const double both = s.bending + s.evenness[i];
-            const double share = both > 0.0 ? s.evenness[i] / both : 0.0;
-            rows.row(i) = share * tangential(s, given_, i) - rows.row(i);
-        }
-        return rows;
-    }
-
-    [[nodiscard]] double energy(const Stiffness& s, const Points& points) const {
-        Points rows;
-        bending_.apply(points, rows);
-        double sum = s.bending * rows.squaredNorm();
-        rows -= given_;
-        for (Eigen::Index i = 0; i < rows.rows(); ++i) {
-            sum += s.evenness[i] * tangential(s, rows, i).squaredNorm();
-        }
-        return sum;
+            return false;
+        });
     }
 
     [[nodiscard]] Projection project_curves(const Points& points) const {
@@ -453,12 +367,10 @@ class LevelFitter {
     FitLevel& level_;
     CurveSampling curves_;
     subd::LimitOperator surface_;
-    subd::LimitOperator bending_, bent_places_;
-    Points given_;                   // second derivatives of the cage that the level starts from
-    Eigen::VectorXd evenness_;       // of the rows of bending_
-    std::vector<double> stiffened_;  // by site: factors that evenness_ has got
-    Eigen::VectorXd given_areas_;    // of the samples of surface_
+    SurfaceStiffness stiffness_;
+    Eigen::VectorXd given_areas_;  // of the samples of surface_
     subd::LimitOperator curve_;
+    MeshPreconditioner preconditioner_;
     FeatureMatch match_;
     PointConstraints curve_steps_, surface_steps_;
     int symmetry_axis_ = -1;

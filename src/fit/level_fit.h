@@ -20,6 +20,11 @@ struct Distances {
         max = std::max(max, distance);
         ++count;
     }
+    void add(const Distances& others) {
+        sum_of_squares += others.sum_of_squares;
+        max = std::max(max, others.max);
+        count += others.count;
+    }
     [[nodiscard]] double rms() const {
         return count > 0 ? std::sqrt(sum_of_squares / double(count)) : 0.0;
     }

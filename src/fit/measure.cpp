@@ -14,38 +14,45 @@ namespace {
 
 using geom::Points;
 
-/// From limit points to their foot points.
-Points offsets(const subd::LimitOperator& limit_operator, const Points& points,
-               const geom::ReferenceSurface& reference) {
-    Points offset;
-    limit_operator.apply(points, offset);
-    base::parallel_for(std::size_t(offset.rows()), 64, [&](std::size_t first, std::size_t last) {
-        for (auto i = Eigen::Index(first); i < Eigen::Index(last); ++i) {
-            const auto foot = reference.foot_point(offset.row(i).transpose());
-            offset.row(i) = foot.point.transpose() - offset.row(i);
-        }
-    });
-    return offset;
-}
-
 void measure_surface(const mesh::Cage& cage, const geom::ReferenceSurface& reference, int n,
                      LevelError& error) {
     const auto sites = face_sites(*cage.topology);
     const subd::LimitOperator limit_operator(*cage.topology, {closed_grid(n)}, sites);
-    const Points offset = offsets(limit_operator, cage.points, reference);
-    for (std::size_t s = 0; s < sites.size(); ++s) {
-        FaceError& face = error.faces[sites[s].face.index()];
-        const Eigen::Index first = limit_operator.site_rows()[s];
-        const auto at = [&](int i, int j) { return offset.row(first + i * (n + 1) + j); };
-        for (int i = 0; i <= n; ++i) {
-            for (int j = 0; j <= n; ++j) {
-                const double distance = at(i, j).norm();
-                error.surface.add(distance);
-                face.max = std::max(face.max, distance);
-                if (i < n) face.change_u += (at(i + 1, j) - at(i, j)).squaredNorm();
-                if (j < n) face.change_v += (at(i, j + 1) - at(i, j)).squaredNorm();
+    struct SiteError {
+        Distances surface;
+        double change_u = 0.0, change_v = 0.0;
+    };
+    std::vector<SiteError> of_site(sites.size());
+    limit_operator.visit_sites(
+        cage.points, [&](std::size_t begin, std::size_t end, auto offset, auto) {
+            // From limit points to their foot points.
+            base::parallel_for(
+                std::size_t(offset.rows()), 64, [&](std::size_t first, std::size_t last) {
+                    for (auto i = Eigen::Index(first); i < Eigen::Index(last); ++i) {
+                        const auto foot = reference.foot_point(offset.row(i).transpose());
+                        offset.row(i) = foot.point.transpose() - offset.row(i);
+                    }
+                });
+            for (std::size_t s = begin; s < end; ++s) {
+                SiteError& site = of_site[s];
+                const Eigen::Index first = Eigen::Index(s - begin) * (n + 1) * (n + 1);
+                const auto at = [&](int i, int j) { return offset.row(first + i * (n + 1) + j); };
+                for (int i = 0; i <= n; ++i) {
+                    for (int j = 0; j <= n; ++j) {
+                        site.surface.add(at(i, j).norm());
+                        if (i < n) site.change_u += (at(i + 1, j) - at(i, j)).squaredNorm();
+                        if (j < n) site.change_v += (at(i, j + 1) - at(i, j)).squaredNorm();
+                    }
+                }
             }
-        }
+        });
+    for (std::size_t s = 0; s < sites.size(); ++s) {
+        const SiteError& site = of_site[s];
+        FaceError& face = error.faces[sites[s].face.index()];
+        error.surface.add(site.surface);
+        face.max = std::max(face.max, site.surface.max);
+        face.change_u += site.change_u;
+        face.change_v += site.change_v;
     }
 }
 

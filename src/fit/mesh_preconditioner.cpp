@@ -3,6 +3,7 @@
 #include <patchwright/base/parallel.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace patchwright::fit {
 
@@ -14,6 +15,14 @@ using mesh::VertexId;
 namespace {
 
 constexpr std::size_t grain = 8192;
+
+/// to = block * from; they may be the same.
+void times(const MeshPreconditioner::Block& b, const double* from, double* to) {
+    const double x = from[0], y = from[1], z = from[2];
+    to[0] = b[0] * x + b[3] * y + b[4] * z;
+    to[1] = b[3] * x + b[1] * y + b[5] * z;
+    to[2] = b[4] * x + b[5] * y + b[2] * z;
+}
 
 bool is_quad(const Topology& t, CornerId c) { return c.valid() && t.size(t.face(c)) == 4; }
 
@@ -45,10 +54,10 @@ MeshPreconditioner::MeshPreconditioner(const Topology& t, double a)
         if (rings_[v][0] >= 0) continue;
         const VertexId vertex{static_cast<std::int32_t>(v)};
         const std::size_t begin = others_.size();
-        others_.push_back({vertex.value, 1.0});
+        others_.push_back({vertex.value, 1.0F, 0.0F, 0.0F});
         const auto add_edge = [&](VertexId end, int quads) {
-            others_.push_back({end.value, -a - a * a * quads});
-            others_[begin].weight += a;
+            others_.push_back({end.value, 0.0F, -1.0F, static_cast<float>(-quads)});
+            others_[begin].edges += 1.0F;
         };
         const CornerId start = t.corner(vertex);
         CornerId c = start;
@@ -56,8 +65,8 @@ MeshPreconditioner::MeshPreconditioner(const Topology& t, double a)
             const CornerId next = t.next(c), twin = t.twin(c);
             add_edge(t.vertex(next), int(is_quad(t, c)) + int(is_quad(t, twin)));
             if (is_quad(t, c)) {
-                others_.push_back({t.vertex(t.next(next)).value, a * a});
-                others_[begin].weight += a * a;
+                others_.push_back({t.vertex(t.next(next)).value, 0.0F, 0.0F, 1.0F});
+                others_[begin].quads += 1.0F;
             }
             const CornerId further = t.rotate(c);
             if (!further.valid()) {
@@ -70,6 +79,11 @@ MeshPreconditioner::MeshPreconditioner(const Topology& t, double a)
         rings_[v][1] = static_cast<std::int32_t>(begin);
         rings_[v][2] = static_cast<std::int32_t>(others_.size());
     }
+}
+
+void MeshPreconditioner::set(double a, std::vector<Block> blocks) {
+    a_ = a;
+    blocks_ = std::move(blocks);
 }
 
 template <class Row>
@@ -91,8 +105,9 @@ void MeshPreconditioner::products(const Points& x, std::size_t first, std::size_
             std::fill(sum, sum + 3, 0.0);
             for (auto i = ring[1]; i < ring[2]; ++i) {
                 const Other& other = others_[std::size_t(i)];
+                const double weight = other.fixed + a_ * other.edges + a_ * a_ * other.quads;
                 for (int c = 0; c < 3; ++c) {
-                    sum[c] += other.weight * x.data()[3 * std::ptrdiff_t(other.vertex) + c];
+                    sum[c] += weight * x.data()[3 * std::ptrdiff_t(other.vertex) + c];
                 }
             }
         }
@@ -102,10 +117,19 @@ void MeshPreconditioner::products(const Points& x, std::size_t first, std::size_
 
 Eigen::Array3d MeshPreconditioner::apply_transposed(const Points& s, Points& t) const {
     t.resize(s.rows(), 3);
+    if (!blocks_.empty()) {
+        turned_.resize(s.rows(), 3);
+        base::parallel_for(rings_.size(), grain, [&](std::size_t first, std::size_t last) {
+            for (std::size_t v = first; v < last; ++v) {
+                times(blocks_[v], s.data() + 3 * v, turned_.data() + 3 * v);
+            }
+        });
+    }
+    const Points& from = blocks_.empty() ? s : turned_;
     std::vector<Eigen::Array3d> partial((rings_.size() + grain - 1) / grain);
     base::parallel_for(rings_.size(), grain, [&](std::size_t first, std::size_t last) {
         Eigen::Array3d norms = Eigen::Array3d::Zero();
-        products(s, first, last, [&](std::size_t v, const double* sum) {
+        products(from, first, last, [&](std::size_t v, const double* sum) {
             double* to = t.data() + 3 * v;
             for (int c = 0; c < 3; ++c) {
                 to[c] = sum[c];
@@ -121,8 +145,9 @@ Eigen::Array3d MeshPreconditioner::apply_transposed(const Points& s, Points& t) 
 
 void MeshPreconditioner::apply(const Points& t, const Eigen::Array3d& beta, Points& d) const {
     base::parallel_for(rings_.size(), grain, [&](std::size_t first, std::size_t last) {
-        products(t, first, last, [&](std::size_t v, const double* sum) {
+        products(t, first, last, [&](std::size_t v, double* sum) {
             double* to = d.data() + 3 * v;
+            if (!blocks_.empty()) times(blocks_[v], sum, sum);
             for (int c = 0; c < 3; ++c) to[c] = sum[c] + beta[c] * to[c];
         });
     });

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fit/constraints.h"
+#include "fit/mesh_preconditioner.h"
 
 #include <patchwright/fit/cgls.h>
 #include <patchwright/subd/limit_operator.h>
@@ -13,7 +14,7 @@ namespace patchwright::fit {
 /// for tangent distance. Curves have their tangent, across 1.
 struct SampleWeights {
     geom::Points direction;  ///< samples x 3, unit; or zero: there is none
-    Eigen::VectorXd weight;  ///< samples
+    Eigen::VectorXd weight;  ///< samples; or empty: ones
     double along = 1.0;
     double across = 1.0;
     Eigen::VectorXd across_by_row;  ///< in place of `across` unless empty
@@ -36,20 +37,29 @@ class StepOperator final : public LinearOperator {
     void apply(const geom::Points& x, geom::Points& y) const override;
     void apply_transposed(const geom::Points& y, geom::Points& x) const override;
     Eigen::Array3d normal_product(const geom::Points& x, geom::Points& t) const override;
+    Eigen::Array3d normal_residual(const geom::Points& b, const geom::Points& x,
+                                   geom::Points& s) const override;
 
     /// The right-hand side that asks for these changes of the samples and second derivatives.
-    [[nodiscard]] geom::Points right_side(geom::Points sample_changes,
-                                          geom::Points bending_changes) const;
+    [[nodiscard]] geom::Points right_side(const geom::Points& sample_changes,
+                                          const geom::Points& bending_changes) const;
     /// Displacements of the control points from a solution.
     [[nodiscard]] geom::Points displacements(const geom::Points& x) const;
+
+    /// Sets unknowns that suit the normal matrix: its blocks, and how much more bending than
+    /// samples hold what alternates.
+    void precondition(MeshPreconditioner& preconditioner) const;
 
     /// By how much a change of 1 in each unknown moves its control point.
     [[nodiscard]] const geom::Points& scale() const { return scale_; }
 
   private:
-    /// Both parts' transposed products, and the damping's, to unknowns.
+    /// Both parts' transposed products to unknowns, in place of the first, with `also` called for
+    /// (first row, rows) once they are there.
+    template <class Also>
     void gather(geom::Points& from_samples, const geom::Points& from_bending,
-                const geom::Points& damped) const;
+                const Also& also) const;
+    void move(const geom::Points& x, geom::Points& moved) const;
 
     const subd::LimitOperator& samples_;
     const SampleWeights& weights_;
@@ -59,7 +69,7 @@ class StepOperator final : public LinearOperator {
     const PointConstraints& constraints_;
     geom::Points scale_;  // zero where held
     // Products are made one after the other; the buffers spare their allocation.
-    mutable geom::Points part_, sum_;
+    mutable geom::Points part_, sum_, moved_;
 };
 
 }  // namespace patchwright::fit

@@ -106,6 +106,7 @@ class TemplateIndex {
 
 struct LimitOperator::Template {
     MaskTable position, du, dv;
+    MaskTable squares;                     // of position's weights
     std::vector<double> position_squares;  // of each slot
 
     Template(const RingKind& kind, const ParameterSet& set, int sector, SampleRows rows) {
@@ -135,8 +136,11 @@ struct LimitOperator::Template {
             }
         }
         position_squares = position.column_squares();
+        squares = position.squared();
     }
-    [[nodiscard]] std::size_t bytes() const { return position.bytes() + du.bytes() + dv.bytes(); }
+    [[nodiscard]] std::size_t bytes() const {
+        return position.bytes() + du.bytes() + dv.bytes() + squares.bytes();
+    }
 };
 
 LimitOperator::LimitOperator(const mesh::Topology& topology, const std::vector<ParameterSet>& sets,
@@ -267,6 +271,17 @@ void LimitOperator::apply_transposed(const geom::Points& y, geom::Points& x) con
     });
 }
 
+void LimitOperator::apply_squares_transposed(const geom::Points& y, geom::Points& x) const {
+    set_zero(x, columns_);
+    by_colour([&](std::size_t c) {
+        for_runs(chunks_[c], [&](const Template& t, std::size_t begin, std::size_t end,
+                                 const std::int32_t* vertices) {
+            t.squares.add_transposed(static_cast<int>(end - begin), vertices,
+                                     y.row(site_rows_[begin]).data(), x.data());
+        });
+    });
+}
+
 Eigen::Array3d LimitOperator::normal_product(const geom::Points& x, geom::Points& t,
                                              const RowVisit& visit) const {
     set_zero(t, columns_);
@@ -294,28 +309,57 @@ Eigen::Array3d LimitOperator::normal_product(const geom::Points& x, geom::Points
     return normal_product(x, t, [](Eigen::Index, Rows rows) { return column_norms(rows); });
 }
 
+void LimitOperator::directions(const Template& t, std::size_t begin, std::size_t end,
+                               const std::int32_t* vertices, const geom::Points& x,
+                               geom::Points& dv, Rows to) const {
+    const auto sites = static_cast<int>(end - begin);
+    if (dv.rows() < to.rows()) dv.resize(to.rows(), 3);
+    t.du.apply(sites, vertices, x.data(), to.data());
+    t.dv.apply(sites, vertices, x.data(), dv.data());
+    for (Eigen::Index i = 0; i < to.rows(); ++i) {
+        const geom::Vec3 a = to.row(i), b = dv.row(i);
+        to.row(i) << a.y() * b.z() - a.z() * b.y(), a.z() * b.x() - a.x() * b.z(),
+            a.x() * b.y() - a.y() * b.x();
+    }
+}
+
 geom::Points LimitOperator::normals(const geom::Points& x) const {
-    geom::Points du(rows(), 3), dv(rows(), 3);
+    geom::Points result(rows(), 3);
     base::parallel_for(chunks_.size(), 1, [&](std::size_t first, std::size_t last) {
+        geom::Points dv;
         for (std::size_t c = first; c < last; ++c) {
             for_runs(chunks_[c], [&](const Template& t, std::size_t begin, std::size_t end,
                                      const std::int32_t* vertices) {
                 if (t.du.samples() != t.position.samples()) {
                     throw base::InvalidArgument("normals: the operator was made without tangents");
                 }
-                const auto sites = static_cast<int>(end - begin);
-                const auto row = site_rows_[begin];
-                t.du.apply(sites, vertices, x.data(), du.row(row).data());
-                t.dv.apply(sites, vertices, x.data(), dv.row(row).data());
-                for (auto i = row; i < site_rows_[end]; ++i) {
-                    const geom::Vec3 a = du.row(i), b = dv.row(i);
-                    du.row(i) << a.y() * b.z() - a.z() * b.y(), a.z() * b.x() - a.x() * b.z(),
-                        a.x() * b.y() - a.y() * b.x();
-                }
+                const auto row = site_rows_[begin], count = site_rows_[end] - row;
+                directions(t, begin, end, vertices, x, dv, Rows(result.row(row).data(), count, 3));
             });
         }
     });
-    return du;
+    return result;
+}
+
+void LimitOperator::visit_sites(const geom::Points& x, const SiteVisit& visit) const {
+    base::parallel_for(chunks_.size(), 1, [&](std::size_t first, std::size_t last) {
+        geom::Points points, normals, dv;
+        for (std::size_t c = first; c < last; ++c) {
+            for_runs(chunks_[c], [&](const Template& t, std::size_t begin, std::size_t end,
+                                     const std::int32_t* vertices) {
+                const Eigen::Index count = site_rows_[end] - site_rows_[begin];
+                if (points.rows() < count) points.resize(count, 3);
+                t.position.apply(static_cast<int>(end - begin), vertices, x.data(), points.data());
+                const bool directed = t.du.samples() == t.position.samples();
+                if (directed) {
+                    if (normals.rows() < count) normals.resize(count, 3);
+                    directions(t, begin, end, vertices, x, dv, Rows(normals.data(), count, 3));
+                }
+                visit(begin, end, Rows(points.data(), count, 3),
+                      Rows(normals.data(), directed ? count : 0, 3));
+            });
+        }
+    });
 }
 
 Eigen::VectorXd LimitOperator::column_squares(const Eigen::VectorXd& weights) const {

@@ -181,6 +181,13 @@ void MaskTable::set(int sample, int slot, double weight) {
     by_sample_[std::size_t(sample) * std::size_t(padded_slots_) + std::size_t(slot)] = weight;
 }
 
+MaskTable MaskTable::squared() const {
+    MaskTable result = *this;
+    for (double& w : result.by_slot_) w *= w;
+    for (double& w : result.by_sample_) w *= w;
+    return result;
+}
+
 std::vector<double> MaskTable::column_squares() const {
     std::vector<double> sums(std::size_t(slots_), 0.0);
     for (int slot = 0; slot < slots_; ++slot) {

@@ -21,6 +21,8 @@ class MaskTable {
         return sizeof(double) * (by_slot_.size() + by_sample_.size());
     }
 
+    /// With the square of each weight.
+    [[nodiscard]] MaskTable squared() const;
     /// Sums of the squares of each slot's weights.
     [[nodiscard]] std::vector<double> column_squares() const;
 

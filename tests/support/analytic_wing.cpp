@@ -21,8 +21,12 @@ double nose_at(double t) { return sweep * t; }
 double chord_at(double t) { return root + (tip - root) * t; }
 
 /// Half thickness at x = s^2 for chord 1 and its derivatives; odd in s.
-Vec3 profile(double s) {
+Vec3 profile(WingSection section, double s) {
     const double a = std::abs(s), sign = s < 0 ? -1.0 : 1.0, b = a * a;
+    if (section == WingSection::Smooth) {
+        return 0.17814 *
+               Vec3(s * (1 - b * (4 - b) / 3), 1 - b * (12 - 5 * b) / 3, s * (20 * b - 24) / 3);
+    }
     const double z = a * (0.2969 - a * (0.1260 + b * (0.3516 - b * (0.2843 - b * 0.1036))));
     const double dz = 0.2969 - a * (0.2520 + b * (1.4064 - b * (1.7058 - b * 0.8288)));
     const double ddz = -0.2520 - b * (4.2192 - b * (8.5290 - b * 5.8016));
@@ -33,8 +37,8 @@ struct Derivatives {
     Vec3 p, ds, dt, dss, dst;  // straight along t
 };
 
-Derivatives derivatives(double s, double t) {
-    const Vec3 f = profile(s);
+Derivatives derivatives(WingSection section, double s, double t) {
+    const Vec3 f = profile(section, s);
     const double c = chord_at(t), dc = tip - root;
     return {{nose_at(t) + c * s * s, span * t, c * f[0]},
             {2 * c * s, 0.0, c * f[1]},
@@ -55,18 +59,20 @@ struct Line {
     }
 };
 
-Line line_at(double s) {
-    const Vec3 start = NacaWing::point(s, 0);
-    return {start, NacaWing::point(s, 1) - start};
+Line line_at(WingSection section, double s) {
+    const Vec3 start = NacaWing::point(s, 0, section);
+    return {start, NacaWing::point(s, 1, section) - start};
 }
 
-double nearest_t(double s, const Vec3& q) { return line_at(s).nearest(q); }
+double nearest_t(WingSection section, double s, const Vec3& q) {
+    return line_at(section, s).nearest(q);
+}
 
 /// Least distance along s from a start, t following, by bracketed Newton steps on its derivative.
-Hit descend(double low, double high, const Vec3& q, double fixed_t) {
+Hit descend(WingSection section, double low, double high, const Vec3& q, double fixed_t) {
     const auto slope = [&](double s, double& second) {
-        const double t = fixed_t >= 0 ? fixed_t : nearest_t(s, q);
-        const Derivatives d = derivatives(s, t);
+        const double t = fixed_t >= 0 ? fixed_t : nearest_t(section, s, q);
+        const Derivatives d = derivatives(section, s, t);
         const Vec3 r = d.p - q;
         second = d.ds.squaredNorm() + r.dot(d.dss);
         if (fixed_t < 0 && t > 0 && t < 1) {
@@ -85,23 +91,25 @@ Hit descend(double low, double high, const Vec3& q, double fixed_t) {
         if (std::abs(next - s) < 1e-16) break;
         s = next;
     }
-    const double t = fixed_t >= 0 ? fixed_t : nearest_t(s, q);
-    return {s, t, (NacaWing::point(s, t) - q).norm()};
+    const double t = fixed_t >= 0 ? fixed_t : nearest_t(section, s, q);
+    return {s, t, (NacaWing::point(s, t, section) - q).norm()};
 }
 
-Vec3 normal_at(double s, double t) {
-    const Derivatives d = derivatives(s, t);
+Vec3 normal_at(WingSection section, double s, double t) {
+    const Derivatives d = derivatives(section, s, t);
     return d.ds.cross(d.dt).normalized();
 }
 
 /// The nearest point, or the nearest whose normal is on the side of `side`.
-Hit nearest(const Vec3& q, const std::optional<Vec3>& side, double fixed_t) {
+Hit nearest(WingSection section, const Vec3& q, const std::optional<Vec3>& side, double fixed_t) {
     const auto at = [](int i) { return 2.0 * i / coarse - 1.0; };
-    static const std::vector<Line> lines = [&] {
+    const auto lines_of = [&](WingSection of) {
         std::vector<Line> result;
-        for (int i = 0; i <= coarse; ++i) result.push_back(line_at(at(i)));
+        for (int i = 0; i <= coarse; ++i) result.push_back(line_at(of, at(i)));
         return result;
-    }();
+    };
+    static const std::array all{lines_of(WingSection::Naca), lines_of(WingSection::Smooth)};
+    const std::vector<Line>& lines = all[section == WingSection::Naca ? 0 : 1];
     std::array<double, coarse + 1> distance{};
     for (std::size_t i = 0; i <= coarse; ++i) {
         const double t = fixed_t >= 0 ? fixed_t : lines[i].nearest(q);
@@ -114,9 +122,10 @@ Hit nearest(const Vec3& q, const std::optional<Vec3>& side, double fixed_t) {
             (i < coarse && distance[k + 1] < distance[k])) {
             continue;
         }
-        const Hit hit = descend(std::max(at(i - 1), -1.0), std::min(at(i + 1), 1.0), q, fixed_t);
+        const Hit hit =
+            descend(section, std::max(at(i - 1), -1.0), std::min(at(i + 1), 1.0), q, fixed_t);
         if (!best || hit.distance < best->distance) best = hit;
-        if (side && normal_at(hit.s, hit.t).dot(*side) > 0 &&
+        if (side && normal_at(section, hit.s, hit.t).dot(*side) > 0 &&
             (!facing || hit.distance < facing->distance)) {
             facing = hit;
         }
@@ -126,14 +135,14 @@ Hit nearest(const Vec3& q, const std::optional<Vec3>& side, double fixed_t) {
 
 }  // namespace
 
-NacaWing::NacaWing() : arc_(steps + 1, 0.0) {
+NacaWing::NacaWing(WingSection section) : section_(section), arc_(steps + 1, 0.0) {
     // Simpson's rule on each step.
-    const auto speed = [](double s) { return std::hypot(2 * s, profile(s)[1]); };
+    const auto speed = [&](double s) { return std::hypot(2 * s, profile(section, s)[1]); };
     for (std::size_t i = 1; i <= steps; ++i) {
         const double a = 2.0 * double(i - 1) / steps - 1, b = 2.0 * double(i) / steps - 1;
         arc_[i] = arc_[i - 1] + (b - a) / 6 * (speed(a) + 4 * speed(0.5 * (a + b)) + speed(b));
     }
-    const Vec3 at_root = point(1, 0), at_tip = point(1, 1);
+    const Vec3 at_root = point(1, 0, section), at_tip = point(1, 1, section);
     features_.curves.resize(3);
     features_.curves[0] = {
         geom::FeatureKind::Sharp, (at_tip - at_root).norm(), false, 0, 1, at_root, at_tip};
@@ -149,12 +158,14 @@ geom::Box3 NacaWing::bounds() const {
     return {Vec3(0, 0, -0.061 * root), Vec3(std::max(root, sweep + tip), span, 0.061 * root)};
 }
 
-Vec3 NacaWing::point(double s, double t) { return derivatives(s, t).p; }
+Vec3 NacaWing::point(double s, double t, WingSection section) {
+    return derivatives(section, s, t).p;
+}
 
 geom::FootPoint NacaWing::foot_point(const Vec3& query, const std::optional<Vec3>& side) const {
-    const Hit hit = nearest(query, side, -1.0);
-    return {point(hit.s, hit.t),
-            normal_at(hit.s, hit.t),
+    const Hit hit = nearest(section_, query, side, -1.0);
+    return {point(hit.s, hit.t, section_),
+            normal_at(section_, hit.s, hit.t),
             hit.distance,
             hit.s < 0 ? 0 : 1,
             {hit.s, hit.t}};
@@ -183,7 +194,7 @@ geom::FeaturePoint NacaWing::point_on_curve(int curve, double arc_length) const 
     }
     const double share = arc_length / c.length;
     const double s = parameter_at(share >= 0 && share <= 1 ? share : share - std::floor(share));
-    const Derivatives d = derivatives(s, curve - 1);
+    const Derivatives d = derivatives(section_, s, curve - 1);
     return {d.p, 0.0, curve, arc_length, d.ds.normalized()};
 }
 
@@ -196,8 +207,8 @@ geom::FeaturePoint NacaWing::nearest_on_curve(int curve, const Vec3& query,
         arc = std::clamp((query - c.start).dot(c.end - c.start) / c.length, 0.0, c.length);
     } else {
         // The exact point; its arc length to the accuracy of the table.
-        const Hit hit = nearest(query, std::nullopt, curve - 1);
-        const Derivatives d = derivatives(hit.s, curve - 1);
+        const Hit hit = nearest(section_, query, std::nullopt, curve - 1);
+        const Derivatives d = derivatives(section_, hit.s, curve - 1);
         arc = share_at(hit.s) * c.length;
         point = d.p;
         tangent = d.ds.normalized();
@@ -211,11 +222,11 @@ geom::FeaturePoint NacaWing::nearest_on_curve(int curve, const Vec3& query,
     return {point, (point - query).norm(), curve, arc, tangent};
 }
 
-mesh::Cage naca_wing_cage(int around, int along) {
+mesh::Cage naca_wing_cage(int around, int along, WingSection section) {
     std::vector<Vec3> points;
     for (int j = 0; j <= along; ++j) {
         for (int i = 0; i < around; ++i) {
-            points.push_back(NacaWing::point(2.0 * i / around - 1.0, double(j) / along));
+            points.push_back(NacaWing::point(2.0 * i / around - 1.0, double(j) / along, section));
         }
     }
     std::vector<std::vector<int>> faces;

@@ -65,6 +65,12 @@ class LimitOperator {
     /// @return the sum of what the visits return
     Eigen::Array3d normal_product(const geom::Points& x, geom::Points& t,
                                   const RowVisit& visit) const;
+    /// Calls `visit(first site, end, rows of M x, directions du x dv)` for some sites that follow
+    /// each other at a time, in any order and on any thread: for work that needs them only once.
+    /// There are directions when made with SampleRows::PointsAndTangents, else no rows of them.
+    using SiteVisit =
+        std::function<void(std::size_t first, std::size_t end, Rows rows, Rows directions)>;
+    void visit_sites(const geom::Points& x, const SiteVisit& visit) const;
     /// Directions du x dv (not unit) at all samples; zero where there is no tangent plane.
     /// @pre made with SampleRows::PointsAndTangents
     [[nodiscard]] geom::Points normals(const geom::Points& x) const;
@@ -72,6 +78,10 @@ class LimitOperator {
     /// Sums of the squares of each column: the diagonal of M^T M, or of M^T W M.
     /// @param weights  W's diagonal, one number a site; empty: ones
     [[nodiscard]] Eigen::VectorXd column_squares(const Eigen::VectorXd& weights = {}) const;
+
+    /// x = (M with each entry squared)^T y, columns() x 3: the diagonals of M^T diag(y_c) M.
+    /// @pre y is rows() x 3
+    void apply_squares_transposed(const geom::Points& y, geom::Points& x) const;
 
     [[nodiscard]] int template_count() const;
     /// Memory held, templates apart and in them.
@@ -87,6 +97,10 @@ class LimitOperator {
     };
 
     void colour_chunks();
+    /// Directions du x dv of a run of sites; `dv` is a buffer.
+    void directions(const Template& t, std::size_t begin, std::size_t end,
+                    const std::int32_t* vertices, const geom::Points& x, geom::Points& dv,
+                    Rows to) const;
     /// Calls `visit(template, first site, end, their slots' vertices)` for runs of equal sites.
     template <class Visit>
     void for_runs(const Chunk& chunk, const Visit& visit) const;
