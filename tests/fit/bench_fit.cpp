@@ -210,6 +210,13 @@ ordered_json measure_solves(const Problem& p, const bench::StoredRows* stored, i
                                      .preconditioner = &preconditioner});
     });
     result["steps_from_zero"] = from_zero.iterations;
+    fit::CglsResult plain;
+    result["seconds_not_preconditioned"] = test::seconds([&] {
+        plain = fit::solve_cgls(
+            ours, p.target, nested.start,
+            {.max_iterations = 500, .relative_residual = 0.0, .least_change = least_change});
+    });
+    result["steps_not_preconditioned"] = plain.iterations;
     if (stored == nullptr || samples_along != 2) return result;
     Points right;
     p.limit.apply_transposed(p.target, right);

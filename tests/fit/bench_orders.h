@@ -5,8 +5,8 @@
 
 namespace patchwright::bench {
 
-/// Fits on ever finer cages of a sphere, a torus and a NACA wing: distances and their orders in the
-/// width of the faces.
+/// Fits on ever finer cages of a sphere, a torus, a NACA wing and a smoother one: distances by
+/// region and their orders in the width of the faces, measured and expected.
 nlohmann::ordered_json orders();
 
 /// On the NACA wing: local quasi-interpolation and full least squares by CGLS, time and distance.
