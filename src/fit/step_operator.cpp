@@ -283,7 +283,9 @@ void StepOperator::precondition(MeshPreconditioner& preconditioner) const {
             for (int c = 0; c < 3; ++c) all(c, c) = scale[c] > 0.0 ? all(c, c) : 1.0;
             solver.compute(all);
             const Eigen::Vector3d lengths =
-                solver.eigenvalues().cwiseMax(1e-12 * solver.eigenvalues()[2]).cwiseSqrt();
+                solver.eigenvalues()
+                    .cwiseMax(1e-12 * std::max(1.0, solver.eigenvalues()[2]))
+                    .cwiseSqrt();
             const Eigen::Matrix3d& axes = solver.eigenvectors();
             const Eigen::Matrix3d g = axes * lengths.cwiseInverse().asDiagonal() * axes.transpose();
             blocks[std::size_t(v)] = {g(0, 0), g(1, 1), g(2, 2), g(0, 1), g(0, 2), g(1, 2)};
