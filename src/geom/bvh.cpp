@@ -147,8 +147,7 @@ void Bvh::widen(const std::vector<BinaryNode>& binary) {
             node.low[k][c] = static_cast<float>((from.box.min[i] - centre_[i]) * scale_ - slack);
             node.high[k][c] = static_cast<float>((from.box.max[i] - centre_[i]) * scale_ + slack);
         }
-        node.count[child] = from.count;
-        node.first[child] = from.first;
+        node.child[child] = pack(static_cast<std::size_t>(from.first), from.count);
     };
     struct Task {
         std::size_t node, binary;
@@ -175,12 +174,11 @@ void Bvh::widen(const std::vector<BinaryNode>& binary) {
         Node node;
         for (auto& low : node.low) low = std::numeric_limits<float>::infinity();
         for (auto& high : node.high) high = -std::numeric_limits<float>::infinity();
-        node.first.fill(0);
-        node.count.fill(-1);
+        node.child.fill(0);
         for (std::size_t c = 0; c < children.size(); ++c) {
             lane(node, c, binary[children[c]]);
             if (binary[children[c]].count > 0) continue;
-            node.first[c] = static_cast<std::int32_t>(nodes_.size());
+            node.child[c] = pack(nodes_.size(), 0);
             tasks.push_back({nodes_.size(), children[c]});
             nodes_.emplace_back();
         }
@@ -189,8 +187,13 @@ void Bvh::widen(const std::vector<BinaryNode>& binary) {
 }
 
 Bvh::Bvh(const std::vector<Box3>& boxes, int leaf_size) {
-    if (leaf_size < 1)
-        throw base::InvalidArgument(fmt::format("leaf size is {}, must be at least 1", leaf_size));
+    constexpr int largest_leaf = (1 << count_bits) - 1;
+    if (leaf_size < 1 || leaf_size > largest_leaf)
+        throw base::InvalidArgument(
+            fmt::format("leaf size is {}, must be from 1 to {}", leaf_size, largest_leaf));
+    // Sorting the items may leave three numbers in four without one.
+    if (boxes.size() >> (30 - count_bits) != 0)
+        throw base::InvalidArgument(fmt::format("{} boxes are too many", boxes.size()));
     for (std::size_t i = 0; i < boxes.size(); ++i) {
         if (boxes[i].empty() || !boxes[i].min.allFinite() || !boxes[i].max.allFinite())
             throw base::InvalidArgument(fmt::format("box {} is empty or not finite", i));
@@ -210,11 +213,12 @@ std::vector<std::int32_t> Bvh::sort_items(int alignment) {
     order.reserve(items_.size());
     for (Node& node : nodes_) {
         for (std::size_t child = 0; child < width; ++child) {
-            if (node.count[child] <= 0) continue;
-            const auto first = items_.begin() + node.first[child];
+            const std::int32_t count = count_of(node.child[child]);
+            if (count == 0) continue;
+            const auto first = items_.begin() + first_of(node.child[child]);
             while (order.size() % std::size_t(alignment) != 0) order.push_back(-1);
-            node.first[child] = std::int32_t(order.size());
-            order.insert(order.end(), first, first + node.count[child]);
+            node.child[child] = pack(order.size(), count);
+            order.insert(order.end(), first, first + count);
         }
     }
     while (order.size() % std::size_t(alignment) != 0) order.push_back(-1);

@@ -21,7 +21,7 @@ class Bvh {
     /// Splits by the surface area heuristic over bins of the box centres (Wald, On fast
     /// construction of SAH-based bounding volume hierarchies, 2007), by the median where bins
     /// cannot tell apart.
-    /// @pre boxes are not empty boxes and finite; leaf_size >= 1
+    /// @pre boxes are not empty boxes, finite and fewer than 2^26; 1 <= leaf_size < 16
     /// @throw InvalidArgument when a precondition fails
     explicit Bvh(const std::vector<Box3>& boxes, int leaf_size = 4);
 
@@ -55,12 +55,20 @@ class Bvh {
     static constexpr int width = 4;  // push_children sorts as many
     using Lanes = Eigen::Array<float, width, 1>;
     struct alignas(64) Node {
-        std::array<Lanes, 3> low, high;         ///< (box - centre_) * scale_
-        std::array<std::int32_t, width> first;  ///< inner child: its node; leaf: first item slot
-        std::array<std::int32_t, width> count;  ///< 0 for inner children, -1 for none
+        std::array<Lanes, 3> low, high;  ///< (box - centre_) * scale_; inside out for none
+        std::array<std::uint32_t, width> child;  ///< as `pack` makes them
     };
-    /// A child that waits: its squared distance's bits above node * width + child, so that keys
-    /// sort by distance.
+    static constexpr int count_bits = 4;
+    /// Inner child: its node and 0; leaf: its first item and how many it has.
+    static constexpr std::uint32_t pack(std::size_t first, std::int32_t count) {
+        return static_cast<std::uint32_t>(first) << count_bits | static_cast<std::uint32_t>(count);
+    }
+    static constexpr std::uint32_t first_of(std::uint32_t child) { return child >> count_bits; }
+    static constexpr std::int32_t count_of(std::uint32_t child) {
+        return static_cast<std::int32_t>(child & ((1u << count_bits) - 1u));
+    }
+    /// A child that waits: its squared distance's bits above the child, so that keys sort by
+    /// distance.
     using Key = std::uint64_t;
     struct Builder;
     struct BinaryNode;
@@ -93,8 +101,8 @@ double Bvh::nearest_leaves(const Vec3& query, double bound, Visit&& visit) const
         return static_cast<float>(std::min(rounding * scaled * scaled, longest));
     };
     float limit = squared_limit();
-    const auto push_children = [&](std::int32_t number) {
-        const Node& node = nodes_[static_cast<std::size_t>(number)];
+    const auto push_children = [&](std::uint32_t number) {
+        const Node& node = nodes_[number];
         Lanes squared = Lanes::Zero();
         for (std::size_t k = 0; k < 3; ++k) {
             const float at = q[static_cast<Eigen::Index>(k)];
@@ -104,11 +112,11 @@ double Bvh::nearest_leaves(const Vec3& query, double bound, Visit&& visit) const
         // Without branches: what is too far sorts behind the others and then lies above the top.
         std::array<Key, width> key;
         std::size_t near = 0;
-        for (int child = 0; child < width; ++child) {
-            const Key reference = static_cast<Key>(number) * width + static_cast<Key>(child);
-            const Key whole = Key{std::bit_cast<std::uint32_t>(squared[child])} << 32 | reference;
-            const bool is_near = squared[child] <= limit;
-            key[static_cast<std::size_t>(child)] = is_near ? whole : 0;
+        for (std::size_t c = 0; c < width; ++c) {
+            const float off = squared[static_cast<Eigen::Index>(c)];
+            const Key whole = Key{std::bit_cast<std::uint32_t>(off)} << 32 | node.child[c];
+            const bool is_near = off <= limit;
+            key[c] = is_near ? whole : 0;
             near += is_near ? 1 : 0;
         }
         const auto order = [&](std::size_t i, std::size_t j) {
@@ -129,16 +137,17 @@ double Bvh::nearest_leaves(const Vec3& query, double bound, Visit&& visit) const
     while (top > 0) {
         const Key key = stack[--top];
         if (std::bit_cast<float>(static_cast<std::uint32_t>(key >> 32)) > limit) continue;
-        const auto reference = static_cast<std::uint32_t>(key);
-        const Node& parent = nodes_[reference / width];
-        const std::int32_t first = parent.first[reference % width];
-        const std::int32_t count = parent.count[reference % width];
+        const auto child = static_cast<std::uint32_t>(key);
+        const std::uint32_t first = first_of(child);
+        const std::int32_t count = count_of(child);
         if (count == 0) {
             push_children(first);
             continue;
         }
-        bound = visit(static_cast<int>(first), static_cast<int>(count), bound);
-        if (bound < 0.0) return bound;
+        const double next = visit(static_cast<int>(first), static_cast<int>(count), bound);
+        if (next < 0.0) return next;
+        if (!(next < bound)) continue;
+        bound = next;
         limit = squared_limit();
     }
     return bound;
