@@ -2,6 +2,7 @@
 #include "foot_point_engine.h"
 #include "kernel_guard.h"
 #include "reference_sampling.h"
+#include "surroundings.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
@@ -11,6 +12,7 @@
 #include <Bnd_Box.hxx>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -89,6 +91,7 @@ void fill(SearchModel& model, const TopoDS_Shape& shape, const ReferenceOptions&
     base::report_progress(options.progress, "reference", 0.8);
     model.network = collect_edges(copy.shape, copy.faces, model.surfaces, options.sharp_angle_rad);
     index_edges(model, deflection);
+    model.mesh.around = look_around(model.mesh, model.surfaces, model.all_edges);
     model.side_reach = options.side_reach_rel * model.size;
     base::report_progress(options.progress, "reference", 1.0);
 }
@@ -125,9 +128,10 @@ geom::FootPoint nearest(const SearchModel& model, const Vec3& query,
     // overflows: the point on the way there has the same nearest one.
     constexpr double farthest_rel = 1e12;
     const Vec3 centre = model.bounds.centre(), way = query - centre;
-    const double farthest = farthest_rel * model.size, length = way.stableNorm();
-    if (farthest > 0.0 && length > 1.001 * farthest) {
-        const Vec3 nearer = centre + farthest / length * way;
+    const double farthest = farthest_rel * model.size;
+    // Written so that an overflow of the square counts as far.
+    if (farthest > 0.0 && !(way.squaredNorm() <= 1.002 * farthest * farthest)) {
+        const Vec3 nearer = centre + farthest / way.stableNorm() * way;
         geom::FootPoint foot =
             nearest(model, nearer, side, std::numeric_limits<double>::infinity());
         foot.distance = (foot.point - query).stableNorm();
@@ -137,26 +141,46 @@ geom::FootPoint nearest(const SearchModel& model, const Vec3& query,
                 : nearest_point(model, query, bound);
 }
 
-// The queries' numbers in Z order (Morton 1966), neighbours mostly one after the other: what the
-// last query has found bounds the next one's search, and the cache still holds it.
-std::vector<std::size_t> in_z_order(const geom::Points& queries) {
+/// A query's number and its place on the curve that visits neighbours mostly one after the other.
+struct Placed {
+    std::uint32_t place, query;
+};
+
+// The queries in Z order (Morton 1966): what the last query has found bounds the next one's search,
+// and the cache still holds it. Sorted by thousands of places at a time, which keeps the order of
+// equal ones, so that the rest of the work is what several threads share.
+std::vector<Placed> in_z_order(const geom::Points& queries) {
     constexpr int bits = 10;
     const geom::Box3 box = geom::bounding_box(queries);
     const double extent = queries.rows() > 0 ? (box.max - box.min).maxCoeff() : 0.0;
     const double cells = extent > 0.0 ? ((1 << bits) - 1) / extent : 0.0;
-    std::vector<std::pair<std::uint32_t, std::size_t>> keys(std::size_t(queries.rows()));
-    for (std::size_t i = 0; i < keys.size(); ++i) {
-        std::uint32_t key = 0;
-        for (int k = 0; k < 3; ++k) {
-            const auto cell = std::uint32_t((queries(Eigen::Index(i), k) - box.min[k]) * cells);
-            for (int b = 0; b < bits; ++b) key |= (cell >> b & 1u) << (3 * b + k);
+    std::vector<Placed> placed(std::size_t(queries.rows())), sorted(placed.size());
+    base::parallel_for(placed.size(), 4096, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            std::uint32_t place = 0;
+            for (int k = 0; k < 3; ++k) {
+                auto cell = std::uint32_t((queries(Eigen::Index(i), k) - box.min[k]) * cells);
+                // Two zeros between any two bits.
+                cell = (cell | cell << 16) & 0x030000ffu;
+                cell = (cell | cell << 8) & 0x0300f00fu;
+                cell = (cell | cell << 4) & 0x030c30c3u;
+                cell = (cell | cell << 2) & 0x09249249u;
+                place |= cell << k;
+            }
+            placed[i] = {place, std::uint32_t(i)};
         }
-        keys[i] = {key, i};
+    });
+    for (int shift = 0; shift < 3 * bits; shift += bits) {
+        std::array<std::size_t, (1 << bits) + 1> start{};
+        const auto digit = [&](const Placed& p) {
+            return std::size_t(p.place >> shift & ((1u << bits) - 1u));
+        };
+        for (const Placed& p : placed) ++start[digit(p) + 1];
+        for (std::size_t i = 1; i < start.size(); ++i) start[i] += start[i - 1];
+        for (const Placed& p : placed) sorted[start[digit(p)]++] = p;
+        placed.swap(sorted);
     }
-    std::sort(keys.begin(), keys.end());
-    std::vector<std::size_t> order(keys.size());
-    std::transform(keys.begin(), keys.end(), order.begin(), [](const auto& k) { return k.second; });
-    return order;
+    return placed;
 }
 
 }  // namespace
@@ -197,20 +221,30 @@ std::vector<geom::FootPoint> CadReference::foot_points(const geom::Points& queri
     require(sides.rows() == 0 || sides.rows() == queries.rows(),
             "foot_points: sides must be none or one a query");
     require(queries.allFinite(), "foot_points: a query is not finite");
+    require(queries.rows() <= Eigen::Index(std::numeric_limits<std::uint32_t>::max()),
+            "foot_points: too many queries at once");
     std::vector<geom::FootPoint> result(std::size_t(queries.rows()));
-    const std::vector<std::size_t> order = in_z_order(queries);
-    constexpr std::size_t grain = 256;
+    const std::vector<Placed> order = in_z_order(queries);
+    constexpr std::size_t grain = 256, ahead = 4;
     base::parallel_for(result.size(), grain, [&](std::size_t begin, std::size_t end) {
         guard_kernel<base::InputError>("foot points", [&] {
             double bound = std::numeric_limits<double>::infinity();
+            Vec3 last = Vec3::Zero();
             for (std::size_t i = begin; i < end; ++i) {
-                const auto row = Eigen::Index(order[i]);
+                if (i + ahead < end) {
+                    const std::uint32_t next = order[i + ahead].query;
+                    __builtin_prefetch(&queries(Eigen::Index(next), 0));
+                    __builtin_prefetch(&result[next], 1);
+                }
+                const auto row = Eigen::Index(order[i].query);
                 const Vec3 query = queries.row(row).transpose();
                 std::optional<Vec3> side;
                 if (sides.rows() > 0 && !sides.row(row).isZero(0.0))
                     side = sides.row(row).transpose();
-                if (i > begin) bound = (result[order[i - 1]].point - query).norm();
-                result[order[i]] = nearest(impl_->search, query, side, bound);
+                if (i > begin) bound = (last - query).norm();
+                const geom::FootPoint foot = nearest(impl_->search, query, side, bound);
+                last = foot.point;
+                result[order[i].query] = foot;
             }
         });
     });

@@ -61,6 +61,17 @@ class CurveSearch {
         });
     }
 
+    /// No edge (with its tolerance) is nearer to `query` than this, nor is its nearest point known
+    /// to be nearer than `bound`; negative inside a tolerance.
+    [[nodiscard]] double clearance(const geom::Vec3& query, double bound) const {
+        return tree_.nearest(query, bound, [&](int item, double limit) {
+            const Chord& chord = chords_[std::size_t(item)];
+            const double s = chord_parameter(chord, query);
+            const geom::Vec3 on_chord = chord.start + s * (chord.end - chord.start);
+            return std::min(limit, (on_chord - query).norm() - chord.error);
+        });
+    }
+
   private:
     struct Chord {
         geom::Vec3 start, end;

@@ -1,9 +1,13 @@
 #include "foot_point_engine.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 #include <optional>
+#include <span>
 
 namespace patchwright::occ {
 
@@ -21,40 +25,44 @@ constexpr std::size_t max_known_feet = 16;
 constexpr double convex_share = 0.7;
 
 struct Candidate {
-    double lower;  ///< the triangle's part of the face is no nearer
-    int slot;
-    double distance, height;  ///< of the triangle; the latter with a sign
+    float lower;  ///< the triangle's part of the face is no nearer
+    std::int32_t slot;
+    float distance, height;  ///< of the triangle; the latter with a sign
 };
 
-// A leaf's triangles: bounds for the distance of their parts of the faces.
-struct Seeds {
-    const Seed* seeds;
-    int slot, count;
-    const geom::TriangleTree::Near& near;
-    const geom::TriangleTree& tree;
+// One register's lanes: GCC's and Clang's vectors.
+using Lanes [[gnu::vector_size(4 * geom::TriangleTree::lanes)]] = float;
+using Mask [[gnu::vector_size(4 * geom::TriangleTree::lanes)]] = std::int32_t;
+using FloatArray = std::array<float, geom::TriangleTree::lanes>;
 
-    [[nodiscard]] double distance(int i) const { return double(near.distance[std::size_t(i)]); }
-    [[nodiscard]] double height(int i) const { return double(near.height[std::size_t(i)]); }
-    // How far the face may be from the triangle, and what is measured from what is true.
-    [[nodiscard]] double off(int i) const {
-        return double(seeds[i].error) + tree.slack(distance(i));
-    }
-    [[nodiscard]] double lower(int i) const { return distance(i) - off(i); }
-    [[nodiscard]] double upper(int i) const {
-        return distance(i) + off(i) + double(seeds[i].overhang);
-    }
-    // Whether the query can lie on a normal of the triangle's part of the surface.
-    [[nodiscard]] bool may_hold_foot(int i) const {
-        return double(near.aside[std::size_t(i)]) - off(i) <=
-               double(seeds[i].spread) * (std::abs(height(i)) + off(i));
-    }
-    [[nodiscard]] Candidate candidate(int i) const {
-        return {lower(i), slot + i, distance(i), height(i)};
+Lanes load(const FloatArray& from) {
+    Lanes value;
+    std::memcpy(&value, from.data(), sizeof value);
+    return value;
+}
+
+// A leaf's triangles: bounds for the distance of their parts of the faces.
+struct LeafBounds {
+    std::array<float, geom::TriangleTree::lanes> lower, upper;
+    /// Bits are set where the query can lie on a normal of the triangle's part of the surface.
+    std::array<std::int32_t, geom::TriangleTree::lanes> may_hold_foot;
+
+    LeafBounds(const geom::TriangleTree::Near& near, const SeedBlock& seeds, float extent) {
+        const Lanes distance = load(near.distance), height = load(near.height);
+        // How far the face may be from the triangle, and what is measured from what is true: a
+        // little more than the tree's slack, as these sums round too.
+        const Lanes off = load(seeds.error) + 1.25e-6f * (extent + distance);
+        const Lanes low = distance - off, high = distance + off + load(seeds.overhang);
+        const Lanes above = height < 0.0f ? -height : height;
+        const Mask may = load(near.aside) - off <= load(seeds.spread) * (above + off);
+        std::memcpy(lower.data(), &low, sizeof low);
+        std::memcpy(upper.data(), &high, sizeof high);
+        std::memcpy(may_hold_foot.data(), &may, sizeof may);
     }
 };
 
 struct SurfaceFoot {
-    int face;
+    int face, slot;  ///< slot: where the descent began; -1: beside an edge
     FaceSurface::Foot foot;
 };
 
@@ -76,6 +84,19 @@ struct Scratch {
 Scratch& scratch() {
     thread_local Scratch memory;
     return memory;
+}
+
+bool in_box(const FaceSurface::Rectangle& box, const Vec2& uv) {
+    return (uv.array() >= box.low.array()).all() && (uv.array() <= box.high.array()).all();
+}
+
+bool in_triangle(const std::array<Vec2, 3>& corner, const Vec2& uv) {
+    const auto side = [&](std::size_t i, std::size_t j) {
+        const Vec2 along = corner[j] - corner[i], to = uv - corner[i];
+        return along[0] * to[1] - along[1] * to[0];
+    };
+    const double a = side(0, 1), b = side(1, 2), c = side(2, 0);
+    return (a >= 0.0 && b >= 0.0 && c >= 0.0) || (a <= 0.0 && b <= 0.0 && c <= 0.0);
 }
 
 struct Nearest {
@@ -132,34 +153,43 @@ class Search {
         return model_.surfaces[std::size_t(face)];
     }
 
-    // Triangles that may hold the nearest point, and a bound for its distance.
+    // Triangles that may hold the nearest point, nearest first, and a bound for its distance.
     double collect_candidates() {
-        s_.candidates.clear();
-        const double bound = visit_seeds(first_bound_, [&](const Seeds& found, double limit) {
-            for (int i = 0; i < found.count; ++i) limit = std::min(limit, found.upper(i));
-            for (int i = 0; i < found.count; ++i) {
-                const double lower = found.lower(i);
-                if (lower <= limit && (all_triangles_ || found.may_hold_foot(i)))
-                    s_.candidates.push_back(found.candidate(i));
-            }
-            return limit;
+        std::size_t count = 0;
+        const double bound = visit_leaves(
+            first_bound_, [&](int slot, const auto& near, const LeafBounds& leaf, double limit) {
+                constexpr std::size_t lanes = geom::TriangleTree::lanes;
+                for (const float upper : leaf.upper) limit = std::min(limit, double(upper));
+                if (s_.candidates.size() < count + lanes) s_.candidates.resize(2 * (count + lanes));
+                // Written whether it counts or not: cheaper than to foresee which do.
+                for (std::size_t i = 0; i < lanes; ++i) {
+                    s_.candidates[count] = {leaf.lower[i], slot + int(i), near.distance[i],
+                                            near.height[i]};
+                    const bool counts = (double(leaf.lower[i]) <= limit) &
+                                        (all_triangles_ | (leaf.may_hold_foot[i] != 0));
+                    count += counts ? 1 : 0;
+                }
+                return limit;
+            });
+        const auto begin = s_.candidates.begin();
+        const auto end = std::remove_if(begin, begin + std::ptrdiff_t(count),
+                                        [&](const Candidate& c) { return c.lower > bound; });
+        std::sort(begin, end, [](const Candidate& a, const Candidate& b) {
+            return std::pair(a.lower, a.slot) < std::pair(b.lower, b.slot);
         });
-        std::erase_if(s_.candidates, [&](const Candidate& c) { return c.lower > bound; });
-        std::sort(s_.candidates.begin(), s_.candidates.end(),
-                  [](const Candidate& a, const Candidate& b) {
-                      return std::pair(a.lower, a.slot) < std::pair(b.lower, b.slot);
-                  });
+        candidates_ = {s_.candidates.data(), std::size_t(end - begin)};
         return bound;
     }
 
     template <class Visit>
-    double visit_seeds(double bound, Visit&& visit) const {
+    double visit_leaves(double bound, Visit&& visit) const {
         const auto& tree = model_.mesh.tree;
-        return tree.nearest(query_, bound,
-                            [&](int slot, int count, const auto& near, double limit) {
-                                const Seed* seeds = &model_.mesh.seeds[std::size_t(slot)];
-                                return visit(Seeds{seeds, slot, count, near, tree}, limit);
-                            });
+        const auto extent = static_cast<float>(tree.slack(0.0) / tree.slack_rel);
+        return tree.nearest(query_, bound, [&](int slot, int, const auto& near, double limit) {
+            const SeedBlock& seeds =
+                model_.mesh.seeds[std::size_t(slot) / geom::TriangleTree::lanes];
+            return visit(slot, near, LeafBounds(near, seeds, extent), limit);
+        });
     }
 
     // Descends from a triangle's nearest point and calls `found` with each new local minimum. Where
@@ -168,17 +198,17 @@ class Search {
     void descend(const Candidate& c, Found&& found) {
         const SeedStart& t = model_.mesh.starts[std::size_t(c.slot)];
         const Vec2 start = start_of(c);
-        descend_from(t, start, found);
+        descend_from(c.slot, start, found);
         const double above = double(t.bend[0]), below = double(t.bend[1]);
         const double bend = std::abs(c.height) <= c.distance - c.lower ? std::max(above, below)
-                            : c.height > 0.0                           ? above
+                            : c.height > 0.0f                          ? above
                                                                        : below;
-        if (c.distance * bend < convex_share) return;
+        if (double(c.distance) * bend < convex_share) return;
         constexpr double third = 1.0 / 3.0, far = 2.0 / 3.0, near = 1.0 / 6.0;
         for (const Vec3& w : {Vec3(third, third, third), Vec3(far, near, near),
                               Vec3(near, far, near), Vec3(near, near, far)})
-            descend_from(t, at(t, w), found);
-        descend_in_spans(t, start, found);
+            descend_from(c.slot, at(t, w), found);
+        descend_in_spans(c.slot, start, found);
     }
 
     static Vec2 at(const SeedStart& t, const Vec3& w) {
@@ -192,35 +222,41 @@ class Search {
     // Spans much shorter than the triangle are missed by evenly spread starts: from the triangle's
     // nearest point go to the nearest end, the middle and the far end of each.
     template <class Found>
-    void descend_in_spans(const SeedStart& t, const Vec2& start, Found&& found) {
+    void descend_in_spans(int slot, const Vec2& start, Found&& found) {
         constexpr double short_share = 0.25;
+        const SeedStart& t = model_.mesh.starts[std::size_t(slot)];
         const FaceSurface::Rectangle box = box_of(t.uv);
         const Vec2 size = box.high - box.low;
         surface(t.face).each_span(box, [&](const FaceSurface::Rectangle& span) {
             const Vec2 extent = span.high - span.low;
             if ((extent.array() >= short_share * size.array()).all()) return;
             const Vec2 margin = 0.1 * extent, low = span.low + margin, high = span.high - margin;
-            descend_from(t, start.cwiseMax(low).cwiseMin(high), found);
+            descend_from(slot, start.cwiseMax(low).cwiseMin(high), found);
             if ((extent.array() >= 0.5 * short_share * size.array()).all()) return;
-            descend_from(t, 0.5 * (low + high), found);
-            descend_from(t, (low + high - start).cwiseMax(low).cwiseMin(high), found);
+            descend_from(slot, 0.5 * (low + high), found);
+            descend_from(slot, (low + high - start).cwiseMax(low).cwiseMin(high), found);
         });
     }
 
     template <class Found>
-    void descend_from(const SeedStart& t, const Vec2& uv, Found&& found) {
+    void descend_from(int slot, const Vec2& uv, Found&& found) {
+        const SeedStart& t = model_.mesh.starts[std::size_t(slot)];
         s_.known.clear();
         for (const SurfaceFoot& f : s_.feet)
             if (f.face == t.face && s_.known.size() < max_known_feet) s_.known.push_back(f.foot.uv);
         const auto foot = surface(t.face).descend(query_, {uv, double(t.stride)}, s_.known);
         if (foot.merged) return;
-        s_.feet.push_back({t.face, foot});
+        s_.feet.push_back({t.face, slot, foot});
         found(s_.feet.back());
     }
 
     Nearest nearest_on_all() {
         triangle_bound_ = collect_candidates();
         Nearest nearest = nearest_on_faces();
+        if (clear_ > edge_bound_ + 2.0 * coincident * model_.size) {
+            s_.hits.clear();
+            return nearest;
+        }
         nearest_on_edges(nearest);
         descend_from_edges(nearest);
         return nearest;
@@ -239,22 +275,57 @@ class Search {
                 const FaceSurface::Start start{parameters_beside(edge, use, hit.t), hit.distance};
                 const auto foot = face.descend(query_, start, {});
                 if (foot.distance < nearest.distance - slack && face.contains(foot.uv))
-                    nearest = {SurfaceFoot{use.face, foot}, foot.point, foot.distance};
+                    nearest = {SurfaceFoot{use.face, -1, foot}, foot.point, foot.distance};
             }
         }
     }
 
     Nearest nearest_on_faces() {
         Nearest nearest;
-        for (const Candidate& c : s_.candidates) {
+        clear_ = 0.0;
+        for (const Candidate& c : candidates_) {
             if (c.lower > nearest.distance) break;
+            if (nearest.on_face && holds_none_nearer_than(*nearest.on_face, c)) continue;
+            const double distance = c.distance;
+            clear_ = std::max(clear_, double(around(c.slot).clearance) - distance -
+                                          model_.mesh.tree.slack(distance));
             descend(c, [&](const SurfaceFoot& f) {
-                if (f.foot.distance < nearest.distance && surface(f.face).contains(f.foot.uv))
+                if (f.foot.distance < nearest.distance && is_on_model(f))
                     nearest = {f, f.foot.point, f.foot.distance};
             });
         }
         edge_bound_ = std::min(nearest.distance, triangle_bound_);
         return nearest;
+    }
+
+    [[nodiscard]] const Surroundings& around(int slot) const {
+        return model_.mesh.around[std::size_t(slot)];
+    }
+
+    [[nodiscard]] bool is_on_model(const SurfaceFoot& f) const {
+        if (around(f.slot).clearance > 0.0f &&
+            in_triangle(model_.mesh.starts[std::size_t(f.slot)].uv, f.foot.uv))
+            return true;
+        return surface(f.face).contains(f.foot.uv);
+    }
+
+    // Beside a foot the face bends too little towards the query to come any nearer.
+    [[nodiscard]] bool holds_none_nearer_than(const SurfaceFoot& f, const Candidate& c) const {
+        if (f.foot.held[0] != 0 || f.foot.held[1] != 0) return false;
+        const SeedStart &from = model_.mesh.starts[std::size_t(f.slot)],
+                        &to = model_.mesh.starts[std::size_t(c.slot)];
+        if (from.face != to.face) return false;
+        const Surroundings &first = around(f.slot), &second = around(c.slot);
+        const Surroundings* home = in_box(box_of(from.uv), f.foot.uv) ? &first
+                                   : in_box(box_of(to.uv), f.foot.uv) ? &second
+                                                                      : nullptr;
+        if (home == nullptr) return false;
+        const bool is_out = (query_ - f.foot.point).dot(f.foot.normal) > 0.0;
+        if (!(f.foot.distance * double(home->bend[is_out ? 0 : 1]) < convex_share)) return false;
+        bool shared = false;
+        for (const auto a : first.node)
+            for (const auto b : second.node) shared |= a == b;
+        return shared;
     }
 
     void nearest_on_edges(Nearest& nearest) {
@@ -265,16 +336,16 @@ class Search {
             if (hit.distance >= nearest.distance - 1e-12 * model_.size) continue;
             nearest = {std::nullopt, hit.point, hit.distance};
         }
-        if (nearest.distance < infinity || s_.candidates.empty()) return;
+        if (nearest.distance < infinity || candidates_.empty()) return;
         // A face without any edge and no foot in its trim: the triangulation is all there is.
-        const Candidate& c = s_.candidates.front();
+        const Candidate& c = candidates_.front();
         const int face = model_.mesh.starts[std::size_t(c.slot)].face;
         FaceSurface::Foot foot;
         foot.uv = start_of(c);
         foot.point = surface(face).at(foot.uv);
         foot.normal = surface(face).normal(foot.uv);
         foot.distance = (foot.point - query_).norm();
-        nearest = {SurfaceFoot{face, foot}, foot.point, foot.distance};
+        nearest = {SurfaceFoot{face, c.slot, foot}, foot.point, foot.distance};
     }
 
     void collect_hits(double bound) {
@@ -295,7 +366,9 @@ class Search {
         }
         for (const CurveHit& hit : s_.hits) {
             const ModelEdge& edge = model_.network.edges[std::size_t(hit.edge)];
-            const double reach = 2.0 * edge.tolerance + coincident * model_.size;
+            const double slack = coincident * model_.size, reach = 2.0 * edge.tolerance + slack;
+            // Farther ones are met or not, as the bound has it.
+            if (hit.distance > nearest.distance + edge.tolerance + 0.5 * slack) continue;
             if ((hit.point - nearest.point).norm() <= reach) add_uses(hit);
         }
     }
@@ -335,11 +408,14 @@ class Search {
             best = FootPoint{f.foot.point, f.foot.normal, f.foot.distance, f.face, f.foot.uv};
         };
         for (const SurfaceFoot& f : s_.feet) offer(f);
-        visit_seeds(reach, [&](const Seeds& near, double) {
-            for (int i = 0; i < near.count; ++i) {
-                if (near.lower(i) > reach || !near.may_hold_foot(i)) continue;
-                const auto& t = model_.mesh.triangles[std::size_t(near.seeds[i].triangle)];
-                if (may_face(t, side)) descend(near.candidate(i), offer);
+        visit_leaves(reach, [&](int slot, const auto& near, const LeafBounds& leaf, double) {
+            constexpr std::size_t lanes = geom::TriangleTree::lanes;
+            const SeedBlock& seeds = model_.mesh.seeds[std::size_t(slot) / lanes];
+            for (std::size_t i = 0; i < lanes; ++i) {
+                if (double(leaf.lower[i]) > reach || leaf.may_hold_foot[i] == 0) continue;
+                const auto& t = model_.mesh.triangles[std::size_t(seeds.triangle[i])];
+                if (may_face(t, side))
+                    descend({leaf.lower[i], slot + int(i), near.distance[i], near.height[i]}, offer);
             }
             return reach;
         });
@@ -376,6 +452,8 @@ class Search {
     double first_bound_;                ///< something on the model is no farther
     double triangle_bound_ = infinity;  ///< the same, by the triangulation
     double edge_bound_ = infinity;
+    double clear_ = 0.0;  ///< no edge is nearer
+    std::span<const Candidate> candidates_;
     bool all_triangles_ = false;
 };
 

@@ -102,7 +102,8 @@ void add_boundary_errors(const TopoDS_Face& face, const FaceSurface& surface,
 
 void append_kernel_mesh(const TopoDS_Face& face, const FaceSurface& surface, int number,
                         const Handle(Poly_Triangulation) & mesh, const TopLoc_Location& location,
-                        double off_face, std::vector<MeshTriangle>& triangles) {
+                        double off_face, ReferenceMesh& into) {
+    std::vector<MeshTriangle>& triangles = into.triangles;
     SideMap sides;
     const std::size_t first = triangles.size();
     const gp_Trsf transform = location.Transformation();
@@ -114,35 +115,40 @@ void append_kernel_mesh(const TopoDS_Face& face, const FaceSurface& surface, int
         for (std::size_t k = 0; k < 3; ++k) {
             triangle.corner[k] = vec(mesh->Node(node[k]).Transformed(transform));
             triangle.uv[k] = vec(mesh->UVNode(node[k]));
+            triangle.node[k] = into.nodes + node[k] - 1;
             sides[std::minmax(node[k], node[(k + 1) % 3])] = triangles.size();
         }
         triangles.push_back(triangle);
     }
+    into.nodes += mesh->NbNodes();
     add_boundary_errors(face, surface, mesh, location, sides, first, off_face, triangles);
 }
 
 // Covers the rectangle around a face the kernel could not triangulate; what lies outside the trim
 // only costs time, as feet are tested.
-void append_grid(const FaceSurface& surface, int number, std::vector<MeshTriangle>& triangles) {
+void append_grid(const FaceSurface& surface, int number, ReferenceMesh& into) {
     constexpr int cells = 48;
     const Vec2 range = surface.high() - surface.low();
-    const auto uv = [&](int i, int j) {
-        return Vec2(surface.low() + Vec2(range[0] * i / cells, range[1] * j / cells));
-    };
-    const auto add = [&](const Vec2& a, const Vec2& b, const Vec2& c) {
+    using Place = std::array<int, 2>;
+    const auto add = [&](const std::array<Place, 3>& places) {
         MeshTriangle triangle;
         triangle.face = number;
         triangle.overhang = std::numeric_limits<double>::infinity();
-        triangle.uv = {a, b, c};
-        for (std::size_t k = 0; k < 3; ++k) triangle.corner[k] = surface.at(triangle.uv[k]);
-        triangles.push_back(triangle);
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto [i, j] = places[k];
+            triangle.uv[k] = surface.low() + Vec2(range[0] * i / cells, range[1] * j / cells);
+            triangle.corner[k] = surface.at(triangle.uv[k]);
+            triangle.node[k] = into.nodes + i * (cells + 1) + j;
+        }
+        into.triangles.push_back(triangle);
     };
     for (int i = 0; i < cells; ++i) {
         for (int j = 0; j < cells; ++j) {
-            add(uv(i, j), uv(i + 1, j), uv(i + 1, j + 1));
-            add(uv(i, j), uv(i + 1, j + 1), uv(i, j + 1));
+            add({Place{i, j}, Place{i + 1, j}, Place{i + 1, j + 1}});
+            add({Place{i, j}, Place{i + 1, j + 1}, Place{i, j + 1}});
         }
     }
+    into.nodes += (cells + 1) * (cells + 1);
 }
 
 // Widens what is known of the triangle's part of the face by one of its points.
@@ -187,6 +193,7 @@ void measure(MeshTriangle& triangle, const FaceSurface& surface, double size) {
             }
         }
     });
+    triangle.turn_rad = turn;
     const double widest = turn_safety * turn + least_turn_rad;
     const double spread = widest < 1.2 ? std::tan(widest) : std::numeric_limits<double>::infinity();
     triangle.spread = std::max(triangle.spread, spread);
@@ -237,10 +244,9 @@ ReferenceMesh triangulate(const SearchableShape& model, const std::vector<FaceSu
         TopLoc_Location location;
         const Handle(Poly_Triangulation) made = BRep_Tool::Triangulation(model.faces[i], location);
         if (!made.IsNull() && made->NbTriangles() > 0 && made->HasUVNodes()) {
-            append_kernel_mesh(model.faces[i], surfaces[i], int(i), made, location, off_face,
-                               mesh.triangles);
+            append_kernel_mesh(model.faces[i], surfaces[i], int(i), made, location, off_face, mesh);
         } else {
-            append_grid(surfaces[i], int(i), mesh.triangles);
+            append_grid(surfaces[i], int(i), mesh);
             ++mesh.faces_without;
         }
     }
@@ -264,15 +270,23 @@ ReferenceMesh triangulate(const SearchableShape& model, const std::vector<FaceSu
     const auto up = [](double x) {
         return std::nextafter(float(x), std::numeric_limits<float>::infinity());
     };
-    for (const std::int32_t number : mesh.tree.numbers()) {
-        mesh.seeds.emplace_back();
-        mesh.starts.emplace_back();
+    const auto& numbers = mesh.tree.numbers();
+    constexpr std::size_t lanes = geom::TriangleTree::lanes;
+    mesh.seeds.resize(numbers.size() / lanes);
+    mesh.starts.resize(numbers.size());
+    for (std::size_t slot = 0; slot < numbers.size(); ++slot) {
+        const std::int32_t number = numbers[slot];
         if (number < 0) continue;
         const MeshTriangle& t = mesh.triangles[std::size_t(number)];
-        mesh.seeds.back() = {up(t.error), up(t.overhang), up(t.spread), number};
+        SeedBlock& seeds = mesh.seeds[slot / lanes];
+        const std::size_t lane = slot % lanes;
+        seeds.error[lane] = up(t.error);
+        seeds.overhang[lane] = up(t.overhang);
+        seeds.spread[lane] = up(t.spread);
+        seeds.triangle[lane] = number;
         const auto& [a, b, c] = t.corner;
         const bool left_is_out = (b - a).cross(c - a).dot(t.normal) > 0.0;
-        mesh.starts.back() = {
+        mesh.starts[slot] = {
             t.uv,
             {up(left_is_out ? t.bend_out : t.bend_in), up(left_is_out ? t.bend_in : t.bend_out)},
             float(t.stride),

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -55,7 +57,7 @@ class Bvh {
     static constexpr int width = 4;  // push_children sorts as many
     using Lanes = Eigen::Array<float, width, 1>;
     struct alignas(64) Node {
-        std::array<Lanes, 3> low, high;  ///< (box - centre_) * scale_; inside out for none
+        std::array<Lanes, 3> low, high;          ///< (box - centre_) * scale_; inside out for none
         std::array<std::uint32_t, width> child;  ///< as `pack` makes them
     };
     static constexpr int count_bits = 4;
@@ -67,9 +69,26 @@ class Bvh {
     static constexpr std::int32_t count_of(std::uint32_t child) {
         return static_cast<std::int32_t>(child & ((1u << count_bits) - 1u));
     }
-    /// A child that waits: its squared distance's bits above the child, so that keys sort by
-    /// distance.
-    using Key = std::uint64_t;
+    // One register each: GCC's and Clang's vectors, which choose lane by lane with ?:.
+    using Floats [[gnu::vector_size(16)]] = float;
+    using Integers [[gnu::vector_size(16)]] = std::int32_t;
+    /// Children that wait: the bits of the squared distance above the child's, read as a positive
+    /// double, so that keys sort by distance.
+    using Keys [[gnu::vector_size(16)]] = double;
+    template <class Vector>
+    static Vector load(const void* from) {
+        Vector value;
+        std::memcpy(&value, from, sizeof value);
+        return value;
+    }
+    template <class Value>
+    static Value larger(const Value& a, const Value& b) {
+        return a > b ? a : b;
+    }
+    template <class Value>
+    static Value smaller(const Value& a, const Value& b) {
+        return a < b ? a : b;
+    }
     struct Builder;
     struct BinaryNode;
     static constexpr int max_depth = 96;
@@ -92,50 +111,51 @@ double Bvh::nearest_leaves(const Vec3& query, double bound, Visit&& visit) const
     constexpr float farthest = 1e15f;
     const Eigen::Vector3f q =
         ((query - centre_) * scale_).cast<float>().cwiseMax(-farthest).cwiseMin(farthest);
-    std::array<Key, (width - 1) * max_depth + width> stack;
+    std::array<double, (width - 1) * max_depth + width> stack;
     std::size_t top = 0;
+    constexpr float least = 1e-30f;  // keeps keys from being denormal
     // Never infinite: that is how far children are that a node does not have.
     const auto squared_limit = [&] {
         const double scaled = scale_ * bound;
         constexpr double longest = std::numeric_limits<float>::max();
-        return static_cast<float>(std::min(rounding * scaled * scaled, longest));
+        return static_cast<float>(
+            std::min(rounding * scaled * scaled + 2.0 * double(least), longest));
     };
     float limit = squared_limit();
     const auto push_children = [&](std::uint32_t number) {
         const Node& node = nodes_[number];
-        Lanes squared = Lanes::Zero();
+        Floats squared = Floats{} + least;
         for (std::size_t k = 0; k < 3; ++k) {
             const float at = q[static_cast<Eigen::Index>(k)];
-            const Lanes off = (node.low[k] - at).max(at - node.high[k]).max(0.0f);
+            const Floats below = load<Floats>(&node.low[k]) - at;
+            const Floats above = at - load<Floats>(&node.high[k]);
+            const Floats off = larger(larger(below, above), Floats{});
             squared += off * off;
         }
-        // Without branches: what is too far sorts behind the others and then lies above the top.
-        std::array<Key, width> key;
-        std::size_t near = 0;
-        for (std::size_t c = 0; c < width; ++c) {
-            const float off = squared[static_cast<Eigen::Index>(c)];
-            const Key whole = Key{std::bit_cast<std::uint32_t>(off)} << 32 | node.child[c];
-            const bool is_near = off <= limit;
-            key[c] = is_near ? whole : 0;
-            near += is_near ? 1 : 0;
-        }
-        const auto order = [&](std::size_t i, std::size_t j) {
-            const Key larger = std::max(key[i], key[j]), smaller = std::min(key[i], key[j]);
-            key[i] = larger;
-            key[j] = smaller;
-        };
-        order(0, 1);
-        order(2, 3);
-        order(0, 2);
-        order(1, 3);
-        order(1, 2);
+        // What is too far has key 0, sorts behind the others and then lies above the top. All
+        // without branches, as they could not be foreseen.
+        const Integers is_near = squared <= limit;
+        const auto distance = reinterpret_cast<Integers>(squared) & is_near;
+        const auto child = load<Integers>(&node.child) & is_near;
+        const auto low =
+            reinterpret_cast<Keys>(__builtin_shufflevector(child, distance, 0, 4, 1, 5));
+        const auto high =
+            reinterpret_cast<Keys>(__builtin_shufflevector(child, distance, 2, 6, 3, 7));
+        const Keys more = larger(low, high), less = smaller(low, high);
+        const Keys a = __builtin_shufflevector(more, less, 0, 2);
+        const Keys b = __builtin_shufflevector(more, less, 1, 3);
+        const Keys most = larger(a, b), least_of = smaller(a, b);
         // Nearest last, so that it is taken first.
-        for (std::size_t i = 0; i < width; ++i) stack[top + i] = key[i];
-        top += near;
+        stack[top] = most[0];
+        stack[top + 1] = larger<double>(most[1], least_of[0]);
+        stack[top + 2] = smaller<double>(most[1], least_of[0]);
+        stack[top + 3] = least_of[1];
+        const Integers halves = is_near + __builtin_shufflevector(is_near, is_near, 2, 3, 0, 1);
+        top -= static_cast<std::size_t>(static_cast<std::ptrdiff_t>(halves[0] + halves[1]));
     };
     push_children(0);
     while (top > 0) {
-        const Key key = stack[--top];
+        const auto key = std::bit_cast<std::uint64_t>(stack[--top]);
         if (std::bit_cast<float>(static_cast<std::uint32_t>(key >> 32)) > limit) continue;
         const auto child = static_cast<std::uint32_t>(key);
         const std::uint32_t first = first_of(child);

@@ -34,7 +34,8 @@ class TriangleTree {
     [[nodiscard]] const std::vector<std::int32_t>& numbers() const { return numbers_; }
     /// How far off, at most, a distance of this size may be: single precision knows places to 1e-7
     /// of the model's extent, or of the way to it where that is longer.
-    [[nodiscard]] double slack(double distance) const { return 1e-6 * (extent_ + distance); }
+    [[nodiscard]] double slack(double distance) const { return slack_rel * (extent_ + distance); }
+    static constexpr double slack_rel = 1e-6;
 
     /// A point of a triangle near `query`, and the nearest one where the query is over the
     /// triangle: barycentric weights, each within [0, 1].
