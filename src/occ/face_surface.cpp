@@ -117,18 +117,19 @@ std::optional<FaceSurface::Curvature> FaceSurface::curvature(const Vec2& uv) con
     return Curvature{{mean - spread, mean + spread}, {n.cross(most), most}};
 }
 
-Vec3 FaceSurface::normal(const Vec2& uv) const { return normal_of(derivatives(uv), uv); }
+Vec3 FaceSurface::normal(const Vec2& uv) const {
+    const SurfaceTangents d = evaluator_->tangents(uv);
+    return normal_of(d.u, d.v, uv);
+}
 
-Vec3 FaceSurface::normal_of(const Derivatives& d, const Vec2& uv) const {
-    const Vec3 &du = d.u, &dv = d.v;
+Vec3 FaceSurface::normal_of(const Vec3& du, const Vec3& dv, const Vec2& uv) const {
     const Vec2 range = high_ - low_;
-    const bool flat_u = du.norm() * range[0] < 1e-9 * size_;
-    const bool flat_v = dv.norm() * range[1] < 1e-9 * size_;
+    const double uu = du.squaredNorm(), vv = dv.squaredNorm(), flat = 1e-18 * size_ * size_;
+    const bool flat_u = uu * range[0] * range[0] < flat, flat_v = vv * range[1] * range[1] < flat;
     const Vec3 cross = du.cross(dv);
-    const double sine = cross.norm();
-    if (flat_u || flat_v || sine <= 1e-7 * du.norm() * dv.norm())
-        return limit_normal(uv, flat_u, flat_v);
-    return orientation_ / sine * cross;
+    const double square = cross.squaredNorm();
+    if (flat_u || flat_v || square <= 1e-14 * uu * vv) return limit_normal(uv, flat_u, flat_v);
+    return orientation_ / std::sqrt(square) * cross;
 }
 
 Vec3 FaceSurface::limit_normal(const Vec2& uv, bool flat_u, bool flat_v) const {
@@ -205,49 +206,66 @@ FaceSurface::Foot FaceSurface::descend_in(const Rectangle& cell, const Vec3& que
                                           const Start& start,
                                           const std::vector<Vec2>& known) const {
     constexpr int max_steps = 50, max_halvings = 12;
-    const double final_step = 1e-8 * size_, negligible = 1e-12 * size_;
+    const auto square = [](double x) { return x * x; };
+    // Lengths are compared by their squares.
+    const double final_step = square(1e-8 * size_), none = square(1e-13 * size_);
+    const double negligible = square(1e-12 * size_);
     Vec2 uv = start.uv.cwiseMax(cell.low).cwiseMin(cell.high);
-    Derivatives d = derivatives(uv);
-    Vec3 r = d.p - query;
+    std::array<Derivatives, 2> memory{derivatives(uv), {}};
+    std::size_t current = 0;
+    Vec3 r = memory[0].p - query;
     double last_length = 0.0;  // of a whole step of Newton's, else 0
     for (int i = 0; i < max_steps; ++i) {
+        Derivatives &d = memory[current], &next = memory[1 - current];
         const Step s = step(d, r, uv, cell);
-        const double length = (d.u * s.delta[0] + d.v * s.delta[1]).norm();
-        if (!(length > 1e-13 * size_)) break;
+        const double length = (d.u * s.delta[0] + d.v * s.delta[1]).squaredNorm();
+        if (!(length > none)) break;
         for (const Vec2& foot : known) {
             const Vec2 from = uv - foot, to = from + s.delta;
-            const double now = (d.u * from[0] + d.v * from[1]).norm();
-            const double then = (d.u * to[0] + d.v * to[1]).norm();
-            if (s.newton && length < 4.0 * start.stride &&
-                (then < 0.2 * now || now < 1e-6 * size_) && cell == cell_of(foot))
+            const double now = (d.u * from[0] + d.v * from[1]).squaredNorm();
+            const double then = (d.u * to[0] + d.v * to[1]).squaredNorm();
+            if (s.newton && length < square(4.0 * start.stride) &&
+                (then < square(0.2) * now || now < square(1e-6 * size_)) && cell == cell_of(foot))
                 return {foot, d.p, Vec3::Zero(), r.norm(), {0, 0}, true};
         }
         // Newton's own step is trusted somewhat farther than that of Gauss and Newton.
         const double farthest = s.newton ? 2.0 * start.stride : start.stride;
-        double fraction = std::min(1.0, farthest / length);
+        double fraction = length > square(farthest) ? farthest / std::sqrt(length) : 1.0;
         const double before = r.squaredNorm();
         // Newton's last step gains less than rounding shows.
         const bool last = s.newton && length < final_step;
-        const auto is_better = [&](const Derivatives& at) {
-            return last || (at.p - query).squaredNorm() <= before;
+        const auto is_better = [&](const Vec3& at) {
+            return last || (at - query).squaredNorm() <= before;
         };
-        Derivatives next = derivatives(uv + fraction * s.delta);
-        for (int k = 1; k < max_halvings && !is_better(next); ++k) {
+        // Steps shrink with their square: what the next one would be follows from the last two.
+        // When that is nothing, tangents are all that is asked for where this one ends.
+        const bool arrives =
+            s.newton && fraction == 1.0 &&
+            (last || length * length * length < negligible * last_length * last_length);
+        if (arrives) {
+            const SurfaceTangents end = evaluator_->tangents(uv + s.delta);
+            if (is_better(end.p)) {
+                uv += s.delta;
+                d.p = end.p;
+                d.u = end.u;
+                d.v = end.v;
+                r = d.p - query;
+                break;
+            }
+        }
+        next = derivatives(uv + fraction * s.delta);
+        for (int k = 1; k < max_halvings && !is_better(next.p); ++k) {
             fraction *= 0.5;
             next = derivatives(uv + fraction * s.delta);
         }
-        if (!is_better(next)) break;
+        if (!is_better(next.p)) break;
         uv += fraction * s.delta;
-        d = next;
-        r = d.p - query;
-        const bool whole = s.newton && fraction == 1.0;
-        // Steps shrink with their square: what the next one would be follows from the last two.
-        if (whole && (length < final_step ||
-                      length * length * length < negligible * last_length * last_length))
-            break;
-        last_length = whole ? length : 0.0;
+        current = 1 - current;
+        r = next.p - query;
+        last_length = s.newton && fraction == 1.0 ? length : 0.0;
     }
-    Foot foot{uv, d.p, normal_of(d, uv), r.norm(), {0, 0}, false};
+    const Derivatives& d = memory[current];
+    Foot foot{uv, d.p, normal_of(d.u, d.v, uv), r.norm(), {0, 0}, false};
     for (std::size_t i = 0; i < 2; ++i) {
         const auto k = Eigen::Index(i);
         const double near = 1e-10 * (high_[k] - low_[k]);
@@ -275,7 +293,7 @@ std::optional<FaceSurface::Foot> FaceSurface::closed_form_foot(
     if (foot.merged) return foot;
     const Derivatives d = derivatives(*uv);
     foot.point = d.p;
-    foot.normal = normal_of(d, *uv);
+    foot.normal = normal_of(d.u, d.v, *uv);
     foot.distance = (foot.point - query).norm();
     return foot;
 }

@@ -106,7 +106,8 @@ class FaceSurface {
     }
     [[nodiscard]] std::optional<Foot> closed_form_foot(const geom::Vec3& query,
                                                        const std::vector<Vec2>& known) const;
-    [[nodiscard]] geom::Vec3 normal_of(const Derivatives& d, const Vec2& uv) const;
+    [[nodiscard]] geom::Vec3 normal_of(const geom::Vec3& du, const geom::Vec3& dv,
+                                       const Vec2& uv) const;
     [[nodiscard]] geom::Vec3 limit_normal(const Vec2& uv, bool flat_u, bool flat_v) const;
     [[nodiscard]] Rectangle cell_of(const Vec2& uv) const;
     [[nodiscard]] Step step(const Derivatives& d, const geom::Vec3& r, const Vec2& uv,

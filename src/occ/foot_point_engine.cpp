@@ -315,13 +315,15 @@ class Search {
         const SeedStart &from = model_.mesh.starts[std::size_t(f.slot)],
                         &to = model_.mesh.starts[std::size_t(c.slot)];
         if (from.face != to.face) return false;
+        // Where the foot lies off the triangle that led to it, both rings tell.
+        FaceSurface::Rectangle box = box_of(from.uv);
+        const Vec2 margin = 0.5 * (box.high - box.low);
+        if (!in_box({box.low - margin, box.high + margin}, f.foot.uv)) return false;
         const Surroundings &first = around(f.slot), &second = around(c.slot);
-        const Surroundings* home = in_box(box_of(from.uv), f.foot.uv) ? &first
-                                   : in_box(box_of(to.uv), f.foot.uv) ? &second
-                                                                      : nullptr;
-        if (home == nullptr) return false;
-        const bool is_out = (query_ - f.foot.point).dot(f.foot.normal) > 0.0;
-        if (!(f.foot.distance * double(home->bend[is_out ? 0 : 1]) < convex_share)) return false;
+        const std::size_t way = (query_ - f.foot.point).dot(f.foot.normal) > 0.0 ? 0 : 1;
+        const double bend =
+            in_box(box, f.foot.uv) ? first.bend[way] : std::max(first.bend[way], second.bend[way]);
+        if (!(f.foot.distance * bend < convex_share)) return false;
         bool shared = false;
         for (const auto a : first.node)
             for (const auto b : second.node) shared |= a == b;
@@ -415,7 +417,8 @@ class Search {
                 if (double(leaf.lower[i]) > reach || leaf.may_hold_foot[i] == 0) continue;
                 const auto& t = model_.mesh.triangles[std::size_t(seeds.triangle[i])];
                 if (may_face(t, side))
-                    descend({leaf.lower[i], slot + int(i), near.distance[i], near.height[i]}, offer);
+                    descend({leaf.lower[i], slot + int(i), near.distance[i], near.height[i]},
+                            offer);
             }
             return reach;
         });

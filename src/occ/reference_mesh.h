@@ -19,8 +19,8 @@ struct MeshTriangle {
     std::array<geom::Vec3, 3> corner;
     std::array<Vec2, 3> uv;
     std::array<int, 3> node{};  ///< numbers of the corners; triangles of a face share them
-    geom::Vec3 normal;   ///< unit, outward; zero when the triangle has no area
-    double error = 0.0;  ///< largest distance between the triangle and its part of the face
+    geom::Vec3 normal;          ///< unit, outward; zero when the triangle has no area
+    double error = 0.0;         ///< largest distance between the triangle and its part of the face
     /// The face's trim may leave out parts of the triangle, but none farther than this from its
     /// edge.
     double overhang = 0.0;

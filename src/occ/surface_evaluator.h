@@ -14,11 +14,19 @@ struct SurfaceDerivatives {
     geom::Vec3 p, u, v, uu, uv, vv;
 };
 
+struct SurfaceTangents {
+    geom::Vec3 p, u, v;
+};
+
 /// Const functions are thread-safe.
 class SurfaceEvaluator {
   public:
     virtual ~SurfaceEvaluator() = default;
     [[nodiscard]] virtual SurfaceDerivatives derivatives(const Vec2& uv) const = 0;
+    [[nodiscard]] virtual SurfaceTangents tangents(const Vec2& uv) const {
+        const SurfaceDerivatives d = derivatives(uv);
+        return {d.p, d.u, d.v};
+    }
     [[nodiscard]] virtual geom::Vec3 at(const Vec2& uv) const { return derivatives(uv).p; }
     /// Where the untrimmed surface is nearest to `query`, for kinds with a closed form; angles lie
     /// in (-pi, pi]. Nothing for the others, and where many points are equally near.

@@ -26,8 +26,7 @@ class Fans {
         triangles_.resize(start_.back());
         std::vector<std::size_t> fill(start_.begin(), start_.end() - 1);
         for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-            for (const int node : mesh.triangles[i].node)
-                triangles_[fill[std::size_t(node)]++] = i;
+            for (const int node : mesh.triangles[i].node) triangles_[fill[std::size_t(node)]++] = i;
     }
     template <class Visit>
     void each(int node, Visit&& visit) const {
@@ -68,8 +67,7 @@ double clearance_of(const CurveSearch& edges, const std::array<Vec3, 3>& corner,
     constexpr double small = 0.2;
     const auto& [a, b, c] = corner;
     const Vec3 centre = (a + b + c) / 3.0;
-    const double radius =
-        std::max({(a - centre).norm(), (b - centre).norm(), (c - centre).norm()});
+    const double radius = std::max({(a - centre).norm(), (b - centre).norm(), (c - centre).norm()});
     const double from_centre = edges.clearance(centre, bound + radius);
     const double least = from_centre - radius;
     if (least >= bound || from_centre <= 0.0) return least;
@@ -113,8 +111,8 @@ std::vector<Surroundings> look_around(const ReferenceMesh& mesh,
                                std::nextafter(float(bend[1]), std::numeric_limits<float>::max())};
             }
             const double free = clearance(t, surface, edges);
-            around.clearance = free > 0.0 ? std::nextafter(float(std::min(free, 1e30)), 0.0f)
-                                          : -1.0f;
+            around.clearance =
+                free > 0.0 ? std::nextafter(float(std::min(free, 1e30)), 0.0f) : -1.0f;
         }
     });
     return result;
