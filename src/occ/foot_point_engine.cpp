@@ -335,7 +335,12 @@ class Search {
         collect_hits(edge_bound_ + slack);
         if (s_.hits.empty() && !nearest.on_face) collect_hits(infinity);
         for (const CurveHit& hit : s_.hits) {
-            if (hit.distance >= nearest.distance - 1e-12 * model_.size) continue;
+            // A foot held by the end of its face is on an edge: that is the answer then, as whether
+            // a descent happens to end there depends on the bound.
+            const bool held = nearest.on_face && (nearest.on_face->foot.held[0] != 0 ||
+                                                  nearest.on_face->foot.held[1] != 0);
+            const double gain = held ? -slack : 1e-12 * model_.size;
+            if (hit.distance >= nearest.distance - gain) continue;
             nearest = {std::nullopt, hit.point, hit.distance};
         }
         if (nearest.distance < infinity || candidates_.empty()) return;
