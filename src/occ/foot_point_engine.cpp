@@ -43,8 +43,8 @@ Lanes load(const FloatArray& from) {
 
 // A leaf's triangles: bounds for the distance of their parts of the faces.
 struct LeafBounds {
-    std::array<float, geom::TriangleTree::lanes> lower, upper;
-    /// Bits are set where the query can lie on a normal of the triangle's part of the surface.
+    FloatArray lower, upper;
+    /// -1 where the query can lie on a normal of the triangle's part of the surface, else 0.
     std::array<std::int32_t, geom::TriangleTree::lanes> may_hold_foot;
 
     LeafBounds(const geom::TriangleTree::Near& near, const SeedBlock& seeds, float extent) {
@@ -58,6 +58,9 @@ struct LeafBounds {
         std::memcpy(lower.data(), &low, sizeof low);
         std::memcpy(upper.data(), &high, sizeof high);
         std::memcpy(may_hold_foot.data(), &may, sizeof may);
+    }
+    [[nodiscard]] float least_upper() const {
+        return std::min(std::min(upper[0], upper[1]), std::min(upper[2], upper[3]));
     }
 };
 
@@ -156,18 +159,19 @@ class Search {
     // Triangles that may hold the nearest point, nearest first, and a bound for its distance.
     double collect_candidates() {
         std::size_t count = 0;
+        const std::int32_t all_triangles = all_triangles_ ? -1 : 0;
         const double bound = visit_leaves(
             first_bound_, [&](int slot, const auto& near, const LeafBounds& leaf, double limit) {
                 constexpr std::size_t lanes = geom::TriangleTree::lanes;
-                for (const float upper : leaf.upper) limit = std::min(limit, double(upper));
+                limit = std::min(limit, double(leaf.least_upper()));
+                const auto most = static_cast<float>(limit);
                 if (s_.candidates.size() < count + lanes) s_.candidates.resize(2 * (count + lanes));
                 // Written whether it counts or not: cheaper than to foresee which do.
                 for (std::size_t i = 0; i < lanes; ++i) {
                     s_.candidates[count] = {leaf.lower[i], slot + int(i), near.distance[i],
                                             near.height[i]};
-                    const bool counts = (double(leaf.lower[i]) <= limit) &
-                                        (all_triangles_ | (leaf.may_hold_foot[i] != 0));
-                    count += counts ? 1 : 0;
+                    count += std::size_t(leaf.lower[i] <= most) & 1u &
+                             std::size_t(leaf.may_hold_foot[i] | all_triangles);
                 }
                 return limit;
             });

@@ -179,4 +179,18 @@ TEST_CASE("an empty hierarchy finds nothing, a bad box is refused", "[geom]") {
     bad.max = Vec3::Constant(std::nan(""));
     CHECK_THROWS_AS(Bvh({bad}), base::InvalidArgument);
     CHECK_THROWS_AS(Bvh(random_boxes(1, 1.0, 1), 0), base::InvalidArgument);
+    CHECK_THROWS_AS(Bvh(random_boxes(1, 1.0, 1), 16), base::InvalidArgument);
+}
+
+TEST_CASE("a query inside a box meets it whatever the bound", "[geom]") {
+    const auto boxes = random_boxes(500, 0.3, 8);
+    const Bvh tree(boxes);
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+        bool met = false;
+        tree.nearest(boxes[i].centre(), 0.0, [&](int item, double bound) {
+            met |= item == int(i);
+            return bound;
+        });
+        CHECK(met);
+    }
 }

@@ -58,6 +58,10 @@ void check_against_kernel(const Handle(Geom_Surface) & surface, const Vec2& low,
         CHECK((d.uu - occ::vec(uu)).norm() < 1e-10 * scale);
         CHECK((d.uv - occ::vec(uv2)).norm() < 1e-10 * scale);
         CHECK((d.vv - occ::vec(vv)).norm() < 1e-10 * scale);
+        const occ::SurfaceTangents tangents = evaluator->tangents(uv);
+        CHECK((tangents.p - d.p).norm() < 1e-13 * scale);
+        CHECK((tangents.u - d.u).norm() < 1e-12 * scale);
+        CHECK((tangents.v - d.v).norm() < 1e-12 * scale);
     }
 }
 
