@@ -115,17 +115,18 @@ class FaceSurface {
     [[nodiscard]] Foot descend_in(const Rectangle& cell, const geom::Vec3& query,
                                   const Start& start, const std::vector<Vec2>& known) const;
 
-    Handle(Geom_Surface) surface_;
+    // What every descent asks for comes first: with many faces, each line of the cache counts.
     std::shared_ptr<const SurfaceEvaluator> evaluator_;
-    TrimRegion trim_;
     Vec2 low_, high_;
-    std::array<bool, 2> wraps_{false, false};  ///< u, v may run around the whole period
-    std::array<double, 2> period_{0.0, 0.0};
-    std::array<std::vector<double>, 2> kinks_;  ///< parameters where the surface is not smooth
-    std::array<std::vector<double>, 2> knots_;  ///< parameters where any derivative jumps
     double orientation_ = 1.0;
     double size_;
+    std::array<std::vector<double>, 2> kinks_;  ///< parameters where the surface is not smooth
+    std::array<bool, 2> wraps_{false, false};   ///< u, v may run around the whole period
     bool unbounded_ = false;
+    std::array<double, 2> period_{0.0, 0.0};
+    TrimRegion trim_;
+    Handle(Geom_Surface) surface_;
+    std::array<std::vector<double>, 2> knots_;  ///< parameters where any derivative jumps
 };
 
 }  // namespace patchwright::occ

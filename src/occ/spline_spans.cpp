@@ -69,6 +69,8 @@ class Axis {
         buckets_per_unit_ = double(count) / (breaks_.back() - breaks_.front());
         for (std::size_t i = 0; i + 1 < breaks_.size(); ++i)
             scale_.push_back(2.0 / (breaks_[i + 1] - breaks_[i]));
+        first_break_ = breaks_.front();
+        first_scale_ = scale_.front();
         std::size_t span = 0;
         for (std::size_t b = 0; b < count; ++b) {
             const double t = breaks_.front() + double(b) / buckets_per_unit_;
@@ -84,8 +86,9 @@ class Axis {
         double scale;  ///< dx / dt
     };
     [[nodiscard, gnu::always_inline]] Place find(double t) const {
-        if (period_ > 0.0) t -= std::floor((t - breaks_.front()) / period_) * period_;
-        const double bucket = (t - breaks_.front()) * buckets_per_unit_;
+        if (period_ > 0.0) t -= std::floor((t - first_break_) / period_) * period_;
+        if (scale_.size() == 1) return {0, (t - first_break_) * first_scale_ - 1.0, first_scale_};
+        const double bucket = (t - first_break_) * buckets_per_unit_;
         const auto last = double(first_.size() - 1);
         auto span = std::size_t(first_[std::size_t(std::clamp(bucket, 0.0, last))]);
         while (span + 2 < breaks_.size() && breaks_[span + 1] <= t) ++span;
@@ -96,6 +99,8 @@ class Axis {
   private:
     std::vector<double> breaks_, scale_;
     double period_, buckets_per_unit_;
+    // Kept beside each other: with many faces, places in memory are what a query pays for.
+    double first_break_ = 0.0, first_scale_ = 0.0;
     std::vector<int> first_;
 };
 

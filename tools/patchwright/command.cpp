@@ -359,14 +359,13 @@ mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ReferenceSurfa
             "(reverse the order of the vertices of its faces to turn it)");
     }
     const fit::FitLevel& best = result.levels[std::size_t(result.best_level)];
-    run.report.fit =
-        report::FitFigures{.tolerance = tolerance,
-                           .met = best.largest() <= tolerance,
-                           .best_level = result.best_level,
-                           .symmetry_axis = result.symmetry_axis,
-                           .before = fit::measure_fairness(cage),
-                           .after = fit::measure_fairness(result.cage),
-                           .levels = result.levels};
+    run.report.fit = report::FitFigures{.tolerance = tolerance,
+                                        .met = best.largest() <= tolerance,
+                                        .best_level = result.best_level,
+                                        .symmetry_axis = result.symmetry_axis,
+                                        .before = fit::measure_fairness(cage),
+                                        .after = fit::measure_fairness(result.cage),
+                                        .levels = result.levels};
     run.end_stage("fit");
     return std::move(result.cage);
 }

@@ -69,7 +69,7 @@ struct FitLevel {
     double rms_mm = 0.0;
     double max_mm = 0.0;          ///< of limit points from the reference
     double reverse_max_mm = 0.0;  ///< of points of the reference from the limit surface
-    double curve_max_mm = 0.0;  ///< of chains from the feature curves that they belong to
+    double curve_max_mm = 0.0;    ///< of chains from the feature curves that they belong to
     int chains_on_features = 0;
     double seconds = 0.0;
 
