@@ -179,7 +179,7 @@ TEST_CASE("an empty hierarchy finds nothing, a bad box is refused", "[geom]") {
     bad.max = Vec3::Constant(std::nan(""));
     CHECK_THROWS_AS(Bvh({bad}), base::InvalidArgument);
     CHECK_THROWS_AS(Bvh(random_boxes(1, 1.0, 1), 0), base::InvalidArgument);
-    CHECK_THROWS_AS(Bvh(random_boxes(1, 1.0, 1), 16), base::InvalidArgument);
+    CHECK_THROWS_AS(Bvh(random_boxes(1, 1.0, 1), 32), base::InvalidArgument);
 }
 
 TEST_CASE("a query inside a box meets it whatever the bound", "[geom]") {

@@ -349,6 +349,7 @@ TEST_CASE("a batch and a warm start give the answers of single queries, bit for 
 // What lets a search leave edges and neighbouring triangles out must hold.
 TEST_CASE("no edge is nearer to a triangle than its clearance, nor runs through its part of a face",
           "[occ][oracle]") {
+    int most_known = 0;
     for (const TopoDS_Shape& shape :
          {test::wing(), test::plate_with_hole(), test::cut_cylinder()}) {
         const CadReference reference = reference_of(shape);
@@ -371,10 +372,11 @@ TEST_CASE("no edge is nearer to a triangle than its clearance, nor runs through 
             for (const auto& uv : t.uv)
                 outside += model.surfaces[std::size_t(t.face)].contains(uv) ? 0 : 1;
         }
-        CHECK(known > 20);
+        most_known = std::max(most_known, known);
         CHECK(near == 0);
         CHECK(outside == 0);
     }
+    CHECK(most_known > 20);  // few triangles of flat faces touch no edge
 }
 
 TEST_CASE("parameters of answers lead back to their points", "[occ][oracle]") {

@@ -23,7 +23,7 @@ class Bvh {
     /// Splits by the surface area heuristic over bins of the box centres (Wald, On fast
     /// construction of SAH-based bounding volume hierarchies, 2007), by the median where bins
     /// cannot tell apart.
-    /// @pre boxes are not empty boxes, finite and fewer than 2^26; 1 <= leaf_size < 16
+    /// @pre boxes are not empty boxes, finite and fewer than 2^25; 1 <= leaf_size < 32
     /// @throw InvalidArgument when a precondition fails
     explicit Bvh(const std::vector<Box3>& boxes, int leaf_size = 4);
 
@@ -60,7 +60,7 @@ class Bvh {
         std::array<Lanes, 3> low, high;          ///< (box - centre_) * scale_; inside out for none
         std::array<std::uint32_t, width> child;  ///< as `pack` makes them
     };
-    static constexpr int count_bits = 4;
+    static constexpr int count_bits = 5;
     /// Inner child: its node and 0; leaf: its first item and how many it has.
     static constexpr std::uint32_t pack(std::size_t first, std::int32_t count) {
         return static_cast<std::uint32_t>(first) << count_bits | static_cast<std::uint32_t>(count);
