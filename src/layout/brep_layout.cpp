@@ -80,14 +80,11 @@ class Builder {
     [[nodiscard]] static std::vector<Run> runs_of(const Border& border) {
         std::vector<Run> runs;
         const int n = int(border.size());
-        int start = -1;
-        for (int i = 0; i < n && start < 0; ++i)
-            if (border[at(i)].faces == 1) start = i;
+        const int start = first_corner(border);
         if (start < 0) {
-            start = 0;
-            for (int i = n - 1; i >= 0; --i)
-                if (border[at(i)].node) start = i;
-            return {{start, n}};
+            const auto node = std::find_if(border.begin(), border.end(),
+                                           [](const BorderPoint& p) { return p.node; });
+            return {{node == border.end() ? 0 : int(node - border.begin()), n}};
         }
         for (int k = 0; k < n; ++k) {
             if (border[at((start + k) % n)].faces == 1) runs.push_back({(start + k) % n, 0});
@@ -217,11 +214,12 @@ class Builder {
     [[nodiscard]] static std::vector<int> stops_of(const Border& border, const Part& part) {
         std::vector<int> stops;
         const int n = int(border.size());
-        int start = 0;
-        for (int i = n - 1; i >= 0; --i)
-            if (part.form == PieceForm::Disc ? border[at(i)].vertex == part.splits[0]
-                                             : border[at(i)].faces == 1)
-                start = i;
+        // Discs have no corners; they begin at their first split.
+        const auto first = std::find_if(border.begin(), border.end(), [&](const BorderPoint& p) {
+            return !part.splits.empty() && p.vertex == part.splits[0];
+        });
+        const int start =
+            part.form == PieceForm::Disc ? int(first - border.begin()) : first_corner(border);
         std::size_t next = 0;
         for (int k = 0; k < n; ++k) {
             const int i = (start + k) % n;

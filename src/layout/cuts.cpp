@@ -30,9 +30,7 @@ struct SideOf {
 std::vector<SideOf> sides_of(const Border& border) {
     std::vector<SideOf> sides;
     const int n = int(border.size());
-    int start = -1;
-    for (int i = 0; i < n && start < 0; ++i)
-        if (border[at(i)].faces == 1) start = i;
+    const int start = first_corner(border);
     if (start < 0) {
         SideOf whole{0, n, 0.0};
         for (const BorderPoint& p : border) whole.turn += M_PI - p.angle;

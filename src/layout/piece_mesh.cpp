@@ -29,6 +29,12 @@ int faces_for(double angle) { return std::clamp(int(std::lround(angle / (0.5 * M
 
 }  // namespace
 
+int first_corner(const Border& border) {
+    const auto corner = std::find_if(border.begin(), border.end(),
+                                     [](const BorderPoint& p) { return p.faces == 1; });
+    return corner == border.end() ? -1 : int(corner - border.begin());
+}
+
 int Piece::border_count() const {
     int count = 0;
     for (const Border& b : borders) count += int(b.size());

@@ -22,6 +22,9 @@ struct BorderPoint {
 
 using Border = std::vector<BorderPoint>;
 
+/// Number of a border's first corner; -1: it has none.
+int first_corner(const Border& border);
+
 /// Triangles between walls, as a graph whose points tell both sides of a wall apart.
 struct Piece {
     std::vector<int> triangles;
