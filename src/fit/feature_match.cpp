@@ -1,12 +1,14 @@
 #include "fit/feature_match.h"
 
 #include "fit/assignment.h"
+#include "fit/corner_match.h"
 
 #include <algorithm>
 #include <array>
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 
 namespace patchwright::fit {
 
@@ -17,16 +19,9 @@ using geom::Features;
 using geom::Points;
 using geom::Vec3;
 using mesh::VertexId;
-using Polyline = std::vector<Vec3>;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr int piece_samples = 16;
-
-double length_of(const Polyline& line) {
-    double length = 0.0;
-    for (std::size_t i = 1; i < line.size(); ++i) length += (line[i] - line[i - 1]).norm();
-    return length;
-}
 
 /// Not more than a few points, the first and the last among them.
 Polyline thinned(const Polyline& line) {
@@ -69,8 +64,9 @@ class ChainMatcher {
     ChainMatcher(const geom::ReferenceSurface& reference, FeatureKind kind, double reach)
         : reference_(reference), features_(reference.features()), kind_(kind), reach_(reach) {}
 
+    /// @param line  of the chain; is moved with its ends
     /// @param ends  the corners of the reference that the chain's ends have, if any
-    FeaturePath match(Polyline line, bool closed, std::array<int, 2> ends,
+    FeaturePath match(Polyline& line, bool closed, std::array<int, 2> ends,
                       std::array<Stop, 2>& stops) const {
         if (closed) line.push_back(line.front());
         const std::array<Vec3, 2> at{line.front(), line.back()};
@@ -95,6 +91,12 @@ class ChainMatcher {
         if (round.score < 0.7 * best.score) best = round;
         const double allowed = std::max(reach_, 0.1 * length);
         return mean_distance_to(best.path, line) <= allowed ? best.path : FeaturePath{};
+    }
+
+    /// What a moved chain is off a whole curve: means of both ways.
+    [[nodiscard]] double distance(int curve, const Polyline& line) const {
+        const FeaturePiece piece{curve, {0.0, features_.curves[std::size_t(curve)].length}};
+        return mean_distance(piece, line) + mean_distance_to({piece}, line);
     }
 
   private:
@@ -268,30 +270,46 @@ class ChainMatcher {
     double reach_;
 };
 
-/// @param lengths  of the chains at a vertex, the shortest
-std::map<VertexId, int> match_corners(const std::vector<VertexId>& vertices, const Points& points,
-                                      const std::map<VertexId, double>& lengths,
-                                      const Features& features, double reach) {
-    Eigen::MatrixXd cost(Eigen::Index(vertices.size()), Eigen::Index(features.corners.size()));
-    Eigen::VectorXd without(cost.rows());
-    for (Eigen::Index i = 0; i < cost.rows(); ++i) {
-        const Vec3 at = points.row(vertices[std::size_t(i)].value).transpose();
-        const auto length = lengths.find(vertices[std::size_t(i)]);
-        const double far = std::max(reach, length == lengths.end() ? 0.0 : 0.25 * length->second);
-        without[i] = far * far;
-        for (Eigen::Index j = 0; j < cost.cols(); ++j) {
-            const double d = (features.corners[std::size_t(j)].point - at).norm();
-            cost(i, j) = d <= far ? d * d : infinity;
+FeatureKind feature_kind(const Chain& chain) {
+    return chain.kind == CurveKind::Crease ? FeatureKind::Sharp : FeatureKind::Free;
+}
+
+/// Chains between the same two corners, of which some were given the same curve though there are
+/// others, get one each, with the least sum of distances.
+void part_curves(const std::vector<Chain>& chains, const std::vector<std::array<int, 2>>& corners,
+                 const std::vector<Polyline>& lines, const geom::ReferenceSurface& reference,
+                 double reach, std::vector<FeaturePath>& paths) {
+    const Features& features = reference.features();
+    using Key = std::pair<std::pair<int, int>, FeatureKind>;
+    std::map<Key, std::vector<std::size_t>> groups;
+    for (std::size_t i = 0; i < chains.size(); ++i)
+        if (paths[i].size() == 1 && corners[i][0] >= 0 && corners[i][1] >= 0)
+            groups[{std::minmax(corners[i][0], corners[i][1]), feature_kind(chains[i])}].push_back(
+                i);
+    for (const auto& [key, group] : groups) {
+        std::set<int> taken;
+        for (const std::size_t i : group) taken.insert(paths[i].front().curve);
+        if (taken.size() == group.size()) continue;
+        std::vector<int> curves;
+        for (std::size_t c = 0; c < features.curves.size(); ++c) {
+            const geom::FeatureCurve& curve = features.curves[c];
+            if (curve.kind == key.second &&
+                std::pair<int, int>(std::minmax(curve.start_corner, curve.end_corner)) == key.first)
+                curves.push_back(int(c));
+        }
+        const ChainMatcher matcher(reference, key.second, reach);
+        Eigen::MatrixXd cost(Eigen::Index(group.size()), Eigen::Index(curves.size()));
+        for (Eigen::Index i = 0; i < cost.rows(); ++i)
+            for (Eigen::Index j = 0; j < cost.cols(); ++j)
+                cost(i, j) = matcher.distance(curves[std::size_t(j)], lines[group[std::size_t(i)]]);
+        const double dear = 1.0 + 2.0 * cost.sum();
+        const auto assigned = assign(cost, Eigen::VectorXd::Constant(cost.rows(), dear));
+        for (std::size_t i = 0; i < group.size(); ++i) {
+            if (assigned[i] < 0) continue;
+            const int curve = curves[std::size_t(assigned[i])];
+            paths[group[i]] = {{curve, {0.0, features.curves[std::size_t(curve)].length}}};
         }
     }
-    // Rather a corner at the end of its reach than none; none is better than one beyond.
-    const double dear = 2.0 * without.sum();
-    const auto assigned = assign(cost.cwiseMin(4.0 * dear), (without.array() + dear).matrix());
-    std::map<VertexId, int> result;
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-        if (assigned[i] >= 0) result[vertices[i]] = assigned[i];
-    }
-    return result;
 }
 
 /// The chain as points, with its ends where those have a fixed place.
@@ -333,16 +351,17 @@ FeatureMatch match_features(const mesh::Topology& topology, const Points& points
     const Features& features = reference.features();
     const auto fixed = corner_vertices(topology);
     std::vector<Polyline> lines;
-    std::map<VertexId, double> lengths;
+    ChainEnds chain_ends;
     for (const Chain& chain : curves.chains) {
         lines.push_back(chain_line(chain, points, samples, samples_per_site, fixed));
-        for (const VertexId v : {chain.vertices.front(), chain.vertices.back()}) {
-            const auto [entry, added] = lengths.try_emplace(v, length_of(lines.back()));
-            entry->second = std::min(entry->second, length_of(lines.back()));
-        }
+        Polyline line = lines.back();
+        chain_ends[chain.vertices.front()].push_back({feature_kind(chain), line});
+        std::reverse(line.begin(), line.end());
+        chain_ends[chain.vertices.back()].push_back({feature_kind(chain), std::move(line)});
     }
-    const auto corners = match_corners(fixed, points, lengths, features, reach);
+    const auto corners = match_corners(fixed, points, chain_ends, reference, reach);
     FeatureMatch result;
+    std::vector<std::array<int, 2>> chain_corners;
     std::map<VertexId, Vec3> places;
     std::map<VertexId, bool> has_chain;
     for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -353,10 +372,10 @@ FeatureMatch match_features(const mesh::Topology& topology, const Points& points
             const auto corner = corners.find(ends[k]);
             if (corner != corners.end()) end_corners[k] = corner->second;
         }
+        chain_corners.push_back(end_corners);
         std::array<Stop, 2> stops;
-        const auto kind = chain.kind == CurveKind::Crease ? FeatureKind::Sharp : FeatureKind::Free;
-        result.paths.push_back(
-            ChainMatcher(reference, kind, reach).match(lines[i], chain.closed, end_corners, stops));
+        result.paths.push_back(ChainMatcher(reference, feature_kind(chain), reach)
+                                   .match(lines[i], chain.closed, end_corners, stops));
         for (std::size_t k = 0; k < 2 && !chain.closed; ++k) {
             if (std::find(fixed.begin(), fixed.end(), ends[k]) == fixed.end()) continue;
             has_chain.try_emplace(ends[k], false);
@@ -365,6 +384,7 @@ FeatureMatch match_features(const mesh::Topology& topology, const Points& points
             places.try_emplace(ends[k], stops[k].point);
         }
     }
+    part_curves(curves.chains, chain_corners, lines, reference, reach, result.paths);
     for (const auto& [vertex, corner] : corners) {
         // A corner whose sharp edges belong to nothing is no corner of the reference.
         const auto chain = has_chain.find(vertex);

@@ -53,6 +53,98 @@ class Plate final : public geom::ReferenceSurface {
     geom::Features features_;
 };
 
+/// Two flat squares side by side that touch along x = 0 but do not hang together: their corners
+/// there are in the same place.
+class Slit final : public geom::ReferenceSurface {
+  public:
+    Slit() {
+        for (int side = 0; side < 2; ++side) {
+            for (int k = 0; k < 4; ++k) {
+                const int next = 4 * side + (k + 1) % 4;
+                geom::FeatureCurve edge;
+                edge.kind = geom::FeatureKind::Free;
+                edge.length = 2.0;
+                edge.start_corner = 4 * side + k;
+                edge.end_corner = next;
+                edge.start = corner(edge.start_corner);
+                edge.end = corner(next);
+                features_.curves.push_back(edge);
+                features_.corners.push_back({edge.start,
+                                             geom::CornerKind::Junction,
+                                             {4 * side + k, 4 * side + (k + 3) % 4}});
+            }
+        }
+    }
+    static Vec3 corner(int number) {
+        const int k = number % 4;
+        return {(k == 1 || k == 2 ? 2.0 : 0.0) - (number < 4 ? 2.0 : 0.0), k < 2 ? -1.0 : 1.0, 0.0};
+    }
+    geom::Box3 bounds() const override { return {Vec3(-2, -1, 0), Vec3(2, 1, 0)}; }
+    geom::FootPoint foot_point(const Vec3& q, const std::optional<Vec3>&) const override {
+        const Vec3 p(std::clamp(q.x(), -2.0, 2.0), std::clamp(q.y(), -1.0, 1.0), 0.0);
+        return {p, Vec3::UnitZ(), (q - p).norm(), 0};
+    }
+    const geom::Features& features() const override { return features_; }
+    geom::FeaturePoint nearest_on_curve(
+        int curve, const Vec3& q, const std::optional<geom::ArcRange>& within) const override {
+        const geom::FeatureCurve& c = features_.curves[std::size_t(curve)];
+        const double s = std::clamp((q - c.start).dot((c.end - c.start) / c.length),
+                                    within ? within->from : 0.0, within ? within->to : c.length);
+        geom::FeaturePoint hit = point_on_curve(curve, s);
+        hit.distance = (hit.point - q).norm();
+        return hit;
+    }
+    geom::FeaturePoint point_on_curve(int curve, double s) const override {
+        const geom::FeatureCurve& c = features_.curves[std::size_t(curve)];
+        const Vec3 tangent = (c.end - c.start) / c.length;
+        return {c.start + s * tangent, 0.0, curve, s, tangent};
+    }
+
+  private:
+    geom::Features features_;
+};
+
+/// The upper half of the unit disc: curve 0 is its diameter, curve 1 its arc.
+class HalfDisc final : public geom::ReferenceSurface {
+  public:
+    HalfDisc() {
+        for (const double length : {2.0, M_PI}) {
+            geom::FeatureCurve curve;
+            curve.kind = geom::FeatureKind::Free;
+            curve.length = length;
+            curve.start_corner = 0;
+            curve.end_corner = 1;
+            curve.start = Vec3(1, 0, 0);
+            curve.end = Vec3(-1, 0, 0);
+            features_.curves.push_back(curve);
+        }
+        for (const double x : {1.0, -1.0})
+            features_.corners.push_back({Vec3(x, 0, 0), geom::CornerKind::Junction, {0, 1}});
+    }
+    geom::Box3 bounds() const override { return {Vec3(-1, 0, 0), Vec3(1, 1, 0)}; }
+    geom::FootPoint foot_point(const Vec3& q, const std::optional<Vec3>&) const override {
+        const Vec3 p(q.x(), q.y(), 0.0);
+        return {p, Vec3::UnitZ(), std::abs(q.z()), 0};
+    }
+    const geom::Features& features() const override { return features_; }
+    geom::FeaturePoint nearest_on_curve(
+        int curve, const Vec3& q, const std::optional<geom::ArcRange>& within) const override {
+        const double s = curve == 0 ? 1.0 - q.x() : std::atan2(std::max(q.y(), 0.0), q.x());
+        const double length = features_.curves[std::size_t(curve)].length;
+        geom::FeaturePoint hit = point_on_curve(
+            curve, std::clamp(s, within ? within->from : 0.0, within ? within->to : length));
+        hit.distance = (hit.point - q).norm();
+        return hit;
+    }
+    geom::FeaturePoint point_on_curve(int curve, double s) const override {
+        if (curve == 0) return {Vec3(1.0 - s, 0, 0), 0.0, 0, s, Vec3(-1, 0, 0)};
+        return {Vec3(std::cos(s), std::sin(s), 0), 0.0, 1, s, Vec3(-std::sin(s), std::cos(s), 0)};
+    }
+
+  private:
+    geom::Features features_;
+};
+
 fit::FeatureMatch match(const mesh::Cage& cage, const geom::ReferenceSurface& reference) {
     const auto curves = fit::curve_sites(*cage.topology);
     const subd::LimitOperator limit(*cage.topology, fit::side_sets(4), curves.sites);
@@ -102,6 +194,21 @@ TEST_CASE("a boundary with corners takes one curve between two corners", "[fit][
     }
 }
 
+TEST_CASE("corners in one place belong to the curves along their own chains", "[fit][features]") {
+    // Either half of the slit, in a position that the order of its vertices does not tell.
+    for (const double x : {-1.0, 1.0}) {
+        mesh::Cage cage = square_grid({.boundary_rule = mesh::BoundaryRule::EdgeAndCorner});
+        cage.points.col(0) = cage.points.col(0).array() / 0.9 + x;
+        cage.points.col(2).setZero();
+        const auto found = match(cage, Slit());
+        REQUIRE(found.paths.size() == 4);
+        for (const auto& path : found.paths) {
+            REQUIRE(path.size() == 1);
+            CHECK((path[0].curve < 4) == (x < 0.0));
+        }
+    }
+}
+
 TEST_CASE("a boundary without corners, or with one, goes all the way round", "[fit][features]") {
     const auto closed = match(square_grid({}), Plate());
     REQUIRE(closed.paths.size() == 1);
@@ -113,6 +220,22 @@ TEST_CASE("a boundary without corners, or with one, goes all the way round", "[f
     CHECK(length(loop.paths[0]) == Approx(8.0));
     REQUIRE(loop.places.size() == 1);
     CHECK(loop.places[0].point == Vec3(-1, -1, Plate::thickness));
+}
+
+TEST_CASE("chains between the same corners take a curve each", "[fit][features]") {
+    // So flat that both of its chains are nearer to the diameter than to the arc.
+    mesh::TopologyInput ends;
+    ends.corners = {{0, mesh::infinite_sharpness}, {8, mesh::infinite_sharpness}};
+    mesh::Cage cage = test::grid(4, 1, ends);
+    for (Eigen::Index v = 0; v < cage.points.rows(); ++v) {
+        const double x = 0.5 * cage.points(v, 0) - 1.0, y = cage.points(v, 1);
+        cage.points.row(v) << (1.0 - 0.2 * y) * x, 0.25 * y, 0.0;
+    }
+    const auto found = match(cage, HalfDisc());
+    REQUIRE(found.paths.size() == 2);
+    REQUIRE(found.paths[0].size() == 1);
+    REQUIRE(found.paths[1].size() == 1);
+    CHECK(found.paths[0][0].curve + found.paths[1][0].curve == 1);
 }
 
 TEST_CASE("a chain follows its own way though a shorter one joins its ends", "[fit][features]") {
