@@ -142,7 +142,8 @@ std::vector<Recognised> recognise_all(const std::vector<Body>& bodies,
 struct Aligned {
     std::vector<Blocks> parts;
     std::vector<std::string> texts;
-    bool whole = false;  ///< every body is recognised
+    int known = 0;       ///< bodies that are recognised
+    bool whole = false;  ///< all are
 };
 
 Aligned aligned(const occ::SurfaceMesh& mesh, const Source& source, const CageOptions& options) {
@@ -150,14 +151,14 @@ Aligned aligned(const occ::SurfaceMesh& mesh, const Source& source, const CageOp
     double fineness = options.fineness;
     for (int round = 0;; ++round) {
         Aligned result;
-        std::size_t known = 0;
         std::vector<Recognised> found = recognise_all(bodies, source.reference, fineness);
         for (const Recognised& one : found) {
             result.texts.push_back(one.text);
-            known += one.blocks ? 1 : 0;
+            result.known += one.blocks ? 1 : 0;
         }
-        result.whole = known == bodies.size();
-        if (known == 0 || (!result.whole && options.method == Method::Aligned)) return result;
+        result.whole = std::size_t(result.known) == bodies.size();
+        if (result.known == 0 || (!result.whole && options.method == Method::Aligned))
+            return result;
         for (std::size_t i = 0; i < found.size(); ++i)
             result.parts.push_back(found[i].blocks
                                        ? std::move(*found[i].blocks)
@@ -201,6 +202,7 @@ CageResult make_cage(const Source& source, const CageOptions& options) {
         const occ::SurfaceMesh fine = source.triangles(fine_deflection_rel * diagonal);
         Aligned found = aligned(fine, source, options);
         parts = std::move(found.parts);
+        if (!parts.empty()) result.recognised = found.known;
         result.layout = std::move(found.texts);
         if (found.whole) result.method = Method::Aligned;
         if (parts.empty()) {

@@ -4,7 +4,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <queue>
 
 namespace patchwright::layout {
@@ -75,10 +77,11 @@ double SizeField::by_curvature(int v) const {
 }
 
 double SizeField::at_places(int v) const {
-    double factor = 1.0;
+    std::uint32_t rounds = 0;
     for (const FinerPlace& place : options_.finer_at)
-        if ((mesh_.point(v) - place.point).norm() < place.radius) factor *= 0.5;
-    return factor;
+        if ((mesh_.point(v) - place.point).norm() < place.radius)
+            rounds |= std::uint32_t(1) << place.round;
+    return std::ldexp(1.0, -std::popcount(rounds));
 }
 
 void SizeField::add_vertex(int a, int b) {

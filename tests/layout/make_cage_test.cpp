@@ -204,6 +204,10 @@ TEST_CASE("edges are shorter where a cage is asked to be finer", "[layout]") {
     const int elsewhere_usual = int(usual.cage.points.rows()) - near(usual);
     const int elsewhere_finer = int(finer.cage.points.rows()) - near(finer);
     CHECK(elsewhere_finer < 2 * elsewhere_usual);
+    // Balls of one round that overlap halve once.
+    options.finer_at = {{tip, radius}, {tip, radius}};
+    const auto twice = layout::make_cage(wing().model, wing().reference, options);
+    CHECK(twice.cage.points == finer.cage.points);
 }
 
 TEST_CASE("the number of a wing's faces follows too, by lines around and along", "[layout]") {

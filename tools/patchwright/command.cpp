@@ -7,6 +7,7 @@
 #include <patchwright/base/pending_file.h>
 #include <patchwright/fit/fit.h>
 #include <patchwright/mesh/obj.h>
+#include <patchwright/mesh/parts.h>
 #include <patchwright/occ/assemble.h>
 #include <patchwright/occ/deviation.h>
 #include <patchwright/occ/inspect.h>
@@ -239,10 +240,8 @@ void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUni
     base::write_text_file(file, mesh::obj_text(scaled));
 }
 
-occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOptions& options,
-                            base::LengthUnit unit, double tolerance_mm,
-                            const geom::ReferenceSurface* source) {
-    occ::file_format(options.file);  // refuses an unknown extension before the work
+Assembled assemble_patches(Run& run, const mesh::Cage& cage, const OutputOptions& options,
+                           double tolerance_mm, const geom::ReferenceSurface* source) {
     patch::ExtractOptions extract_options{.tolerance_mm = tolerance_mm};
     if (options.continuity == "refined") extract_options.join = patch::Join::Refined;
     if (options.patches == "faces") extract_options.covering = patch::Covering::Faces;
@@ -258,21 +257,38 @@ occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOption
         figures.control_points += static_cast<int>(patch.surface.points.rows());
     }
     run.report.patches = figures;
-    const occ::CadModel model = occ::assemble(extraction.patches);
+    Assembled result{occ::assemble(extraction.patches),
+                     patch::crease_midpoints(extraction.patches)};
     run.end_stage("patch");
+    return result;
+}
 
+occ::CadModel write_assembled(Run& run, const Assembled& assembled, const OutputOptions& options,
+                              base::LengthUnit unit) {
     const auto schema = options.schema == "ap203"   ? occ::StepSchema::Ap203
                         : options.schema == "ap242" ? occ::StepSchema::Ap242
                                                     : occ::StepSchema::Ap214;
-    occ::write_cad(model, options.file,
+    occ::write_cad(assembled.model, options.file,
                    {.unit = unit, .schema = schema, .time_stamp = options.time_stamp});
     run.end_stage("write");
 
     occ::CadModel written = occ::read_cad(options.file, {.heal = false}).model;
-    run.report.solid = solid_figures(options.file, written);
-    run.report.continuity = occ::measure_continuity(
-        written, patch::crease_midpoints(extraction.patches), continuity_samples);
+    inspect_output(run, {written, assembled.crease_points}, options.file);
     return written;
+}
+
+void inspect_output(Run& run, const Assembled& output, const std::string& file) {
+    run.report.solid = solid_figures(file, output.model);
+    run.report.continuity =
+        occ::measure_continuity(output.model, output.crease_points, continuity_samples);
+}
+
+occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOptions& options,
+                            base::LengthUnit unit, double tolerance_mm,
+                            const geom::ReferenceSurface* source) {
+    occ::file_format(options.file);  // refuses an unknown extension before the work
+    return write_assembled(run, assemble_patches(run, cage, options, tolerance_mm, source), options,
+                           unit);
 }
 
 namespace {
@@ -332,8 +348,33 @@ fit::Symmetry symmetry_option(const std::string& name) {
 
 }  // namespace
 
-mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-                    const FitCommandOptions& options) {
+std::optional<PartFits> part_fits(Run& run, const Input& input) {
+    if (!input.model || occ::connected_faces(*input.model).size() < 2) return std::nullopt;
+    return PartFits{layout::model_bodies(*input.model, reference_options(run, input)), {}};
+}
+
+namespace {
+
+/// Nothing where there are no bodies, or parts that lie on none of them alone: of the whole model
+/// such a part would be drawn to what others are for.
+std::optional<fit::FitResult> fit_by_parts(const mesh::Cage& cage,
+                                           const geom::ModelSurface& reference,
+                                           const fit::FitOptions& options, PartFits* by_parts) {
+    if (by_parts == nullptr) return std::nullopt;
+    const auto parts = mesh::connected_parts(cage);
+    const auto references = layout::references_of_parts(parts, by_parts->bodies, reference);
+    if (std::find(references.begin(), references.end(), &reference) != references.end())
+        return std::nullopt;
+    auto fitted = fit::fit_parts(parts, references, options, by_parts->known);
+    by_parts->known.insert(by_parts->known.end(), std::make_move_iterator(fitted.parts.begin()),
+                           std::make_move_iterator(fitted.parts.end()));
+    return std::move(fitted.whole);
+}
+
+}  // namespace
+
+mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ModelSurface& reference,
+                    const FitCommandOptions& options, PartFits* by_parts) {
     const double diagonal = reference.bounds().diagonal();
     const double tolerance = base::parse_length(options.tolerance).in_millimetres(diagonal);
     const double size_ratio = geom::bounding_box(cage.points).diagonal() / diagonal;
@@ -344,15 +385,17 @@ mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ReferenceSurfa
                         size_ratio, options.cage_unit));
     }
     // The rest of the tolerance is for caps, and for what lies between the fit's samples.
-    fit::FitResult result = fit::fit(
-        cage, reference,
-        {.tolerance_mm = 0.9 * tolerance,
-         .refinement = options.refine == "local" ? fit::Refinement::Local : fit::Refinement::Global,
-         .max_levels = options.max_levels,
-         .max_vertices = options.max_vertices,
-         .keeps_form = options.keeps_form,
-         .symmetry = symmetry_option(options.symmetry),
-         .progress = run.progress()});
+    const fit::FitOptions fitting{
+        .tolerance_mm = 0.9 * tolerance,
+        .refinement = options.refine == "local" ? fit::Refinement::Local : fit::Refinement::Global,
+        .max_levels = options.max_levels,
+        .max_vertices = options.max_vertices,
+        .keeps_form = options.keeps_form,
+        .symmetry = symmetry_option(options.symmetry),
+        .progress = run.progress()};
+    std::optional<fit::FitResult> of_parts = fit_by_parts(cage, reference, fitting, by_parts);
+    const fit::FitResult result =
+        of_parts ? std::move(*of_parts) : fit::fit(cage, reference, fitting);
     if (result.faces_away) {
         run.notice(
             "the cage faces the other way than the model; it was fitted so, and so does the result "

@@ -3,7 +3,9 @@
 
 #include <patchwright/base/progress.h>
 #include <patchwright/base/units.h>
+#include <patchwright/fit/fit_parts.h>
 #include <patchwright/geom/mesh_reference.h>
+#include <patchwright/layout/bodies.h>
 #include <patchwright/layout/make_cage.h>
 #include <patchwright/mesh/cage.h>
 #include <patchwright/occ/cad_reference.h>
@@ -126,6 +128,9 @@ void add_input_options(CLI::App& command, InputOptions& options);
 /// Reads a CAD file or triangles and fills report.input.
 Input read_input(Run& run, const std::string& file, const InputOptions& options = {});
 
+/// How references of the input are made.
+occ::ReferenceOptions reference_options(const Run& run, const Input& input);
+
 /// Makes the reference of a CAD model; triangles have theirs.
 void prepare(Run& run, Input& input);
 
@@ -156,6 +161,24 @@ layout::CageResult make_cage(Run& run, const Input& input, const LayoutOptions& 
 /// Writes a cage, atomically, in `unit`.
 void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUnit unit);
 
+/// A cage's limit surface as a model, with one point on each of its creases.
+struct Assembled {
+    occ::CadModel model;
+    geom::Points crease_points;
+};
+
+/// Extracts patches and assembles them; fills report.patches.
+/// @param tolerance_mm, source  see write_patches
+Assembled assemble_patches(Run& run, const mesh::Cage& cage, const OutputOptions& options,
+                           double tolerance_mm, const geom::ReferenceSurface* source = nullptr);
+
+/// Looks at a model; fills report.solid, as of this file, and report.continuity.
+void inspect_output(Run& run, const Assembled& output, const std::string& file);
+
+/// Writes, reads back and looks at what was read; the model returned is the one on disk.
+occ::CadModel write_assembled(Run& run, const Assembled& assembled, const OutputOptions& options,
+                              base::LengthUnit unit);
+
 /// Extracts patches, assembles, writes and reads back; fills report.patches, solid and continuity.
 /// The model returned is the one on disk.
 /// @param tolerance_mm  how far caps at extraordinary vertices may lie from the limit surface
@@ -174,9 +197,21 @@ void compare_models(Run& run, const geom::ModelSurface& output, const geom::Mode
 /// Adds the bounds that compare_models left out.
 void bound_deviation(Run& run, const geom::ModelSurface& output, const geom::ModelSurface& input);
 
+/// What parts of made cages are fitted to, and what came of it so far.
+struct PartFits {
+    std::vector<layout::ModelBody> bodies;
+    std::vector<fit::PartFit> known;
+};
+
+/// Nothing for triangles and for models that hang together.
+/// @pre the input is prepared
+std::optional<PartFits> part_fits(Run& run, const Input& input);
+
 /// Fits and fills report.fit; the tolerance is for the final, two-sided deviation.
-mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-                    const FitCommandOptions& options);
+/// @param parts  with it, parts of the cage that do not hang together are fitted each to the body
+///               of the model that it lies on, and results are kept for parts that come again
+mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ModelSurface& reference,
+                    const FitCommandOptions& options, PartFits* parts = nullptr);
 
 /// The tolerance as a fraction of the reference's diagonal.
 double relative_tolerance(const FitCommandOptions& options,

@@ -35,6 +35,7 @@ struct Attempt {
     double deviation = 0.0;  ///< the larger one of both ways, of the diagonal
     double tolerance = 0.0;  ///< of the diagonal
     bool valid = false;      ///< what the file holds, as read back
+    bool written = false;    ///< else figures are those of the model in memory
 
     [[nodiscard]] bool met() const { return deviation <= tolerance && valid; }
     [[nodiscard]] bool better_than(const Attempt& other) const {
@@ -45,26 +46,51 @@ struct Attempt {
 /// How far caps may lie from the limit surface, millimetres.
 double caps(const Run& run) { return caps_share * run.report.fit->tolerance; }
 
-/// Fits, writes and measures.
-Attempt attempt(Run& run, const ConvertOptions& options, const mesh::Cage& cage,
-                const FitCommandOptions& fit, const geom::ModelSurface& reference) {
-    Attempt result;
-    const double diagonal = reference.bounds().diagonal();
-    result.tolerance = relative_tolerance(fit, reference);
-    result.fitted = fit_cage(run, cage, reference, fit);
-    const occ::CadModel written =
-        write_patches(run, result.fitted, options.output, run.report.unit, caps(run), &reference);
-    result.output = std::make_shared<const occ::CadReference>(written);
+/// Measures what an attempt has made.
+void measure(Run& run, const ConvertOptions& options, Attempt& attempt, const occ::CadModel& model,
+             const geom::ModelSurface& reference) {
+    attempt.output = std::make_shared<const occ::CadReference>(model);
     // Bounds take long where the result is far off, and count for the one that is kept only.
-    compare_models(run, *result.output, reference, options.samples, run.report.fit->tolerance,
+    compare_models(run, *attempt.output, reference, options.samples, run.report.fit->tolerance,
                    false);
     run.end_stage("check");
     const report::DeviationFigures& deviation = *run.report.deviation;
-    result.deviation =
-        std::max(deviation.output_to_input.max, deviation.input_to_output.max) / diagonal;
-    result.valid = run.report.solid->valid;
-    run.report.fit->met = result.met();
-    result.report = run.report;
+    attempt.deviation = std::max(deviation.output_to_input.max, deviation.input_to_output.max) /
+                        reference.bounds().diagonal();
+    attempt.valid = run.report.solid->valid;
+    run.report.fit->met = attempt.met();
+    attempt.report = run.report;
+}
+
+/// Writes an attempt's model and measures the file.
+void settle(Run& run, const ConvertOptions& options, Attempt& attempt, const Assembled& assembled,
+            const geom::ModelSurface& reference) {
+    const occ::CadModel written = write_assembled(run, assembled, options.output, run.report.unit);
+    attempt.written = true;
+    measure(run, options, attempt, written, reference);
+}
+
+Assembled assembled(Run& run, const ConvertOptions& options, const Attempt& attempt,
+                    const geom::ModelSurface& reference) {
+    return assemble_patches(run, attempt.fitted, options.output, caps(run), &reference);
+}
+
+/// Fits and measures: the file, or where the fit itself has missed, the model in memory; writing
+/// and reading take longer than measuring.
+Attempt attempt(Run& run, const ConvertOptions& options, const mesh::Cage& cage,
+                const FitCommandOptions& fit, const geom::ModelSurface& reference,
+                PartFits* parts = nullptr) {
+    Attempt result;
+    result.tolerance = relative_tolerance(fit, reference);
+    result.fitted = fit_cage(run, cage, reference, fit, parts);
+    const bool fit_met = run.report.fit->met;
+    const Assembled made = assembled(run, options, result, reference);
+    if (!fit_met) {
+        inspect_output(run, made, options.output.file);
+        measure(run, options, result, made.model, reference);
+        if (!result.met()) return result;
+    }
+    settle(run, options, result, made, reference);
     return result;
 }
 
@@ -108,6 +134,7 @@ LayoutOptions next_layout(const LayoutOptions& last, const Attempt& attempt,
         return next;
     }
     const report::DeviationFigures& deviation = *attempt.report.deviation;
+    const int round = last.finer_at.empty() ? 0 : last.finer_at.back().round + 1;
     for (const fit::Deviation* way : {&deviation.output_to_input, &deviation.input_to_output}) {
         for (const fit::DeviationPlace& place : way->worst) {
             const auto near = [&](const auto& other) {
@@ -116,17 +143,20 @@ LayoutOptions next_layout(const LayoutOptions& last, const Attempt& attempt,
             const auto fresh = next.finer_at.begin() + std::ptrdiff_t(last.finer_at.size());
             if (place.distance > 0.8 * attempt.tolerance * diagonal &&
                 std::none_of(fresh, next.finer_at.end(), near))
-                next.finer_at.push_back({place.point, radius_rel * diagonal});
+                next.finer_at.push_back({place.point, radius_rel * diagonal, round});
         }
     }
+    // Nothing was recognised, and blocks were refused: they would be again.
+    if (made.recognised == 0 && next.finer_at.size() > last.finer_at.size()) next.method = "remesh";
     return next;
 }
 
 /// What the next cage will be like, for the user; empty when it would be the same again.
 std::string describe_next(const LayoutOptions& last, const LayoutOptions& next) {
-    if (next.method != last.method) return "too far for a layout along the shape: remeshed next";
-    if (next.fineness != last.fineness) return "next with twice as many lines";
     const std::size_t places = next.finer_at.size() - last.finer_at.size();
+    if (next.method != last.method && places == 0)
+        return "too far for a layout along the shape: remeshed next";
+    if (next.fineness != last.fineness) return "next with twice as many lines";
     if (places == 0) return {};
     return fmt::format("next with edges of half the length around {} places", places);
 }
@@ -136,6 +166,7 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
     const geom::ModelSurface& reference = input.reference();
     const double tolerance = relative_tolerance(options.fit, reference);
     LayoutOptions how = options.layout;
+    std::optional<PartFits> parts = part_fits(run, input);
     std::optional<Attempt> best;
     bool best_is_written = true;
     int best_number = 0;
@@ -154,14 +185,16 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
             FitCommandOptions fit = for_made_cage(options.fit, made);
             if (held && !fit.keeps_form) continue;
             fit.keeps_form = held;
-            Attempt now = attempt(run, options, made.cage, fit, reference);
+            Attempt now =
+                attempt(run, options, made.cage, fit, reference, parts ? &*parts : nullptr);
             met = now.met();
             if (held && !met)
                 run.notice(fmt::format(
                     "cage {} of {} faces, held to its form, leaves {:.2g} of the diagonal", number,
                     faces, now.deviation));
-            best_is_written = !best || now.better_than(*best);
-            if (best_is_written) {
+            const bool better = !best || now.better_than(*best);
+            if (now.written) best_is_written = better;
+            if (better) {
                 best = now;
                 best_number = number;
             }
@@ -184,9 +217,10 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
         run.notice(
             fmt::format("no cage meets the tolerance; kept is the result of cage {}", best_number));
     take(run, *best);
-    if (!best_is_written) {
+    if (!best->written)
+        settle(run, options, *best, assembled(run, options, *best, reference), reference);
+    else if (!best_is_written)
         write_patches(run, best->fitted, options.output, run.report.unit, caps(run), &reference);
-    }
     return std::move(*best);
 }
 
@@ -213,7 +247,10 @@ int convert(const ConvertOptions& options) {
                      relative_tolerance(options.fit, reference) * reference.bounds().diagonal());
     if (!options.cage.empty()) {
         run.end_stage("layout");
-        return finish(run, options, attempt(run, options, cage, options.fit, reference), reference);
+        Attempt only = attempt(run, options, cage, options.fit, reference);
+        if (!only.written)
+            settle(run, options, only, assembled(run, options, only, reference), reference);
+        return finish(run, options, only, reference);
     }
     return finish(run, options, best_of_tries(run, options, input), reference);
 }

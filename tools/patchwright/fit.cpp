@@ -26,13 +26,15 @@ int fit_only(const FitOnlyOptions& options) {
     const double tolerance = relative_tolerance(options.fit, reference);
     note_chord_error(run, input, tolerance * reference.bounds().diagonal());
     FitCommandOptions fit = options.fit;
+    std::optional<PartFits> parts;
     if (options.cage.empty()) {
         layout::CageResult made = make_cage(run, input, options.layout, tolerance);
         cage = std::move(made.cage);
         fit = for_made_cage(fit, made);
+        parts = part_fits(run, input);
     }
     run.end_stage("layout");
-    const mesh::Cage fitted = fit_cage(run, cage, reference, fit);
+    const mesh::Cage fitted = fit_cage(run, cage, reference, fit, parts ? &*parts : nullptr);
     write_cage(fitted, options.output, cage_unit);
     run.end_stage("write");
     run.finish();

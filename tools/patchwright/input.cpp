@@ -126,11 +126,16 @@ Input read_input(Run& run, const std::string& file, const InputOptions& options)
     return input;
 }
 
-void prepare(Run& run, Input& input) {
-    if (input.mesh) return;
+occ::ReferenceOptions reference_options(const Run& run, const Input& input) {
     occ::ReferenceOptions options{.progress = run.progress()};
     if (input.sharp_angle_deg > 0.0) options.sharp_angle_rad = input.sharp_angle_deg * M_PI / 180.0;
-    input.cad = std::make_unique<occ::CadReference>(*input.model, options);
+    return options;
+}
+
+void prepare(Run& run, Input& input) {
+    if (!input.mesh)
+        input.cad =
+            std::make_unique<occ::CadReference>(*input.model, reference_options(run, input));
 }
 
 void note_chord_error(Run& run, const Input& input, double tolerance_mm) {

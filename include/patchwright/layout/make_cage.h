@@ -23,10 +23,12 @@ struct CageOptions {
     int target_faces = 0;         ///< number of faces to aim at, roughly; 0: as the shape asks for
     double tolerance_rel = 1e-3;  ///< of the diagonal: what the cage is to be fitted to
     double fineness = 1.0;        ///< > 0: edges are shorter by this factor where shape asks for it
-    /// A ball in which a remeshed cage has edges of half the length; of a quarter in two of them.
+    /// A ball in which a remeshed cage has edges of half the length; of a quarter where it meets
+    /// one of another round. Those of one round may overlap.
     struct Place {
         geom::Vec3 point = geom::Vec3::Zero();
         double radius = 0.0;  ///< millimetres
+        int round = 0;        ///< 0 to 31
     };
     std::vector<Place> finer_at;
     base::Progress progress;
@@ -35,6 +37,7 @@ struct CageOptions {
 struct CageResult {
     mesh::Cage cage;
     Method method = Method::Remesh;    ///< what was used: Aligned or Remesh
+    int recognised = 0;                ///< bodies laid out as wings, blades or nacelles
     bool from_faces = false;           ///< aligned by the faces of the model, not as a wing
     std::vector<std::string> notices;  ///< one line each, for the user
     /// One line a body unless all were to be remeshed: what it was recognised as, or why not.

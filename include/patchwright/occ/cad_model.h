@@ -42,6 +42,14 @@ std::vector<std::optional<Colour>> face_colours(const CadModel& model);
 /// @throw InvalidArgument when there is not one entry a face
 CadModel with_face_colours(const CadModel& model, std::vector<std::optional<Colour>> colours);
 
+/// Faces that hang together by common edges, as numbers; parts in the order of their first faces.
+std::vector<std::vector<int>> connected_faces(const CadModel& model);
+
+/// Some faces of a model by themselves, in this order, with their names and colours; solids and
+/// shells are gone.
+/// @throw InvalidArgument when a number is none of a face
+CadModel part_of(const CadModel& model, const std::vector<int>& faces);
+
 /// What reading changed or noticed; empty vectors and zeros for a clean file.
 struct ReadReport {
     FileFormat format = FileFormat::Step;

@@ -1,0 +1,32 @@
+// Fits the parts of a cage that do not hang together, each to its own surface.
+#pragma once
+
+#include <patchwright/fit/fit.h>
+
+namespace patchwright::fit {
+
+/// One part before and after.
+struct PartFit {
+    mesh::Cage given;
+    const geom::ReferenceSurface* reference = nullptr;
+    FitOptions options;
+    FitResult result;
+};
+
+struct PartsFit {
+    /// Of all parts together: figures of a level are sums and maxima over the parts, of which
+    /// those with fewer levels stay at their last one; the last level holds the best of each.
+    FitResult whole;
+    std::vector<PartFit> parts;
+};
+
+/// Parts are refined until they meet the tolerance, whatever the others do.
+/// @param references  one a part
+/// @param known  earlier results: a part that is the same, to be fitted in the same way, is taken
+///               from there
+/// @throw InvalidArgument as fit(), and when the numbers of parts and references differ
+PartsFit fit_parts(const std::vector<mesh::Cage>& parts,
+                   const std::vector<const geom::ReferenceSurface*>& references,
+                   const FitOptions& options, const std::vector<PartFit>& known = {});
+
+}  // namespace patchwright::fit
