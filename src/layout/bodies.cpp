@@ -1,3 +1,4 @@
+#include <patchwright/base/error.h>
 #include <patchwright/layout/bodies.h>
 
 #include <algorithm>
@@ -8,8 +9,12 @@ std::vector<ModelBody> model_bodies(const occ::CadModel& model,
                                     const occ::ReferenceOptions& options) {
     std::vector<ModelBody> bodies;
     for (std::vector<int>& faces : occ::connected_faces(model)) {
-        occ::CadReference reference(occ::part_of(model, faces), options);
-        bodies.push_back({std::move(faces), std::move(reference)});
+        try {
+            occ::CadReference reference(occ::part_of(model, faces), options);
+            bodies.push_back({std::move(faces), std::move(reference)});
+        } catch (const base::InputError&) {
+            continue;  // no triangles, and so no part of a cage
+        }
     }
     return bodies;
 }
@@ -33,18 +38,20 @@ std::vector<const geom::ReferenceSurface*> references_of_parts(const std::vector
         std::vector<double> distance;
         for (Eigen::Index i = 0; i < part.points.rows(); ++i) {
             const geom::FootPoint foot = whole.foot_point(part.points.row(i).transpose());
-            ++votes[std::size_t(body_of_face[std::size_t(foot.face)])];
+            const auto face = std::size_t(foot.face);
+            const int body = face < body_of_face.size() ? body_of_face[face] : -1;
+            if (body >= 0) ++votes[std::size_t(body)];
             distance.push_back(foot.distance);
         }
+        result.push_back(&whole);
+        if (votes.empty()) continue;
         const auto most = std::max_element(votes.begin(), votes.end()) - votes.begin();
         const occ::CadReference& body = bodies[std::size_t(most)].reference;
         const auto own = body.foot_points(part.points);
         bool lies_on = true;
         for (std::size_t i = 0; i < own.size(); ++i)
             lies_on = lies_on && own[i].distance < distance[i] + slack;
-        const geom::ReferenceSurface* chosen = &whole;
-        if (lies_on) chosen = &body;
-        result.push_back(chosen);
+        if (lies_on) result.back() = &body;
     }
     return result;
 }

@@ -394,8 +394,7 @@ mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ModelSurface& 
         .symmetry = symmetry_option(options.symmetry),
         .progress = run.progress()};
     std::optional<fit::FitResult> of_parts = fit_by_parts(cage, reference, fitting, by_parts);
-    const fit::FitResult result =
-        of_parts ? std::move(*of_parts) : fit::fit(cage, reference, fitting);
+    fit::FitResult result = of_parts ? std::move(*of_parts) : fit::fit(cage, reference, fitting);
     if (result.faces_away) {
         run.notice(
             "the cage faces the other way than the model; it was fitted so, and so does the result "

@@ -16,7 +16,7 @@ struct ModelBody {
     occ::CadReference reference;
 };
 
-/// @throw InputError when the faces of a body cannot be triangulated
+/// One a body, but for those that cannot be triangulated.
 std::vector<ModelBody> model_bodies(const occ::CadModel& model,
                                     const occ::ReferenceOptions& options = {});
 
