@@ -9,7 +9,8 @@ using namespace patchwright;
 
 TEST_CASE("parts of a cage keep their tags and make the whole again", "[mesh]") {
     mesh::TopologyInput tags;
-    tags.creases = {{0, 1, 2.5}, {1, 2, mesh::infinite_sharpness}};
+    const auto& side = test::cube_faces[0];
+    tags.creases = {{side[0], side[1], 2.5}, {side[1], side[2], mesh::infinite_sharpness}};
     tags.corners = {{3, mesh::infinite_sharpness}};
     tags.pins = {5};
     const mesh::Cage cube = test::cube(2.0, tags);
