@@ -69,19 +69,19 @@ constexpr double farthest = 10.0;
 /// farthest nor on average: what is left then is not for want of control points.
 bool is_stuck(const std::vector<FitLevel>& levels) {
     constexpr std::ptrdiff_t last = 3;
-    constexpr double hardly = 0.95;
+    constexpr double hardly = 0.95, hardly_on_average = 0.85;
     if (static_cast<std::ptrdiff_t>(levels.size()) <= last) return false;
     const auto least = [&](auto begin, auto end, const auto& figure) {
         double result = figure(*begin);
         for (; begin != end; ++begin) result = std::min(result, figure(*begin));
         return result;
     };
-    const auto nearer = [&](const auto& figure) {
+    const auto nearer = [&](const auto& figure, double share) {
         return least(levels.end() - last, levels.end(), figure) <
-               hardly * least(levels.begin(), levels.end() - last, figure);
+               share * least(levels.begin(), levels.end() - last, figure);
     };
-    return !nearer([](const FitLevel& l) { return l.largest(); }) &&
-           !nearer([](const FitLevel& l) { return l.rms_mm; });
+    return !nearer([](const FitLevel& l) { return l.largest(); }, hardly) &&
+           !nearer([](const FitLevel& l) { return l.rms_mm; }, hardly_on_average);
 }
 
 FitResult fit_facing(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
