@@ -1,8 +1,6 @@
 #include <patchwright/geom/bspline.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 
 namespace patchwright::geom {
 
@@ -111,72 +109,6 @@ BsplineSurface::Evaluation BsplineSurface::at(double u, double v) const {
         e.dv += bu.value[i] * row_dv;
     }
     return e;
-}
-
-namespace {
-
-/// Basis functions at the Gauss points of a span, and the points' weights.
-struct GaussSpan {
-    // Of five points on [-1, 1]; they integrate powers up to nine, and p . (du x dv) has eight.
-    static constexpr std::array<double, 5> place{-0.9061798459386640, -0.5384693101056831, 0.0,
-                                                 0.5384693101056831, 0.9061798459386640};
-    static constexpr std::array<double, 5> share{0.2369268850561891, 0.4786286704993665,
-                                                 0.5688888888888889, 0.4786286704993665,
-                                                 0.2369268850561891};
-    std::array<BasisSpan, 5> basis;
-    std::array<double, 5> weight;
-};
-
-std::vector<GaussSpan> gauss_spans(const std::vector<double>& knots) {
-    std::vector<GaussSpan> spans;
-    for (std::size_t k = 0; k + 1 < knots.size(); ++k) {
-        const double half = 0.5 * (knots[k + 1] - knots[k]);
-        if (!(half > 0.0)) continue;
-        GaussSpan& span = spans.emplace_back();
-        for (std::size_t i = 0; i < GaussSpan::place.size(); ++i) {
-            span.basis[i] = cubic_basis(knots, knots[k] + half * (1.0 + GaussSpan::place[i]));
-            span.weight[i] = half * GaussSpan::share[i];
-        }
-    }
-    return spans;
-}
-
-}  // namespace
-
-SurfaceMass mass(const BsplineSurface& surface, const Vec3& apex) {
-    const auto spans_v = gauss_spans(surface.knots_v);
-    SurfaceMass result;
-    for (const GaussSpan& u : gauss_spans(surface.knots_u)) {
-        for (const GaussSpan& v : spans_v) {
-            std::array<std::array<Vec3, 4>, 4> p;
-            for (int i = 0; i < 4; ++i)
-                for (int j = 0; j < 4; ++j)
-                    p[std::size_t(i)][std::size_t(j)] =
-                        surface.point(u.basis[0].first + i, v.basis[0].first + j).transpose();
-            for (std::size_t b = 0; b < v.basis.size(); ++b) {
-                std::array<Vec3, 4> row, row_dv;
-                for (std::size_t i = 0; i < 4; ++i) {
-                    row[i] = row_dv[i] = Vec3::Zero();
-                    for (std::size_t j = 0; j < 4; ++j) {
-                        row[i] += v.basis[b].value[j] * p[i][j];
-                        row_dv[i] += v.basis[b].derivative[j] * p[i][j];
-                    }
-                }
-                for (std::size_t a = 0; a < u.basis.size(); ++a) {
-                    Vec3 at = -apex, du = Vec3::Zero(), dv = Vec3::Zero();
-                    for (std::size_t i = 0; i < 4; ++i) {
-                        at += u.basis[a].value[i] * row[i];
-                        du += u.basis[a].derivative[i] * row[i];
-                        dv += u.basis[a].value[i] * row_dv[i];
-                    }
-                    const Vec3 normal = u.weight[a] * v.weight[b] * du.cross(dv);
-                    result.area += normal.norm();
-                    result.cone += at.dot(normal) / 3.0;
-                }
-            }
-        }
-    }
-    return result;
 }
 
 }  // namespace patchwright::geom

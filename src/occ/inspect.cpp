@@ -4,8 +4,6 @@
 #include "occ/tight_bounds.h"
 
 #include <patchwright/base/error.h>
-#include <patchwright/base/parallel.h>
-#include <patchwright/geom/bspline.h>
 #include <patchwright/occ/inspect.h>
 
 #include <BRepAdaptor_Surface.hxx>
@@ -27,7 +25,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <optional>
 #include <unordered_map>
 
 namespace patchwright::occ {
@@ -100,65 +97,6 @@ void count_edges(const TopoDS_Shape& shape, Inspection& result) {
     result.closed = result.faces > 0 && result.free_edges == 0 && result.nonmanifold_edges == 0;
 }
 
-/// A whole bicubic B-spline surface as data, where it has that form.
-std::optional<geom::BsplineSurface> bicubic_of(const TopoDS_Face& face) {
-    Handle(Geom_BSplineSurface) spline =
-        Handle(Geom_BSplineSurface)::DownCast(BRep_Tool::Surface(face));
-    if (spline.IsNull() || spline->IsUPeriodic() || spline->IsVPeriodic()) return std::nullopt;
-    geom::BsplineSurface result;
-    const auto knots = [](const TColStd_Array1OfReal& all) {
-        return std::vector<double>(all.begin(), all.end());
-    };
-    result.knots_u = knots(spline->UKnotSequence());
-    result.knots_v = knots(spline->VKnotSequence());
-    result.points.resize(result.rows() * result.columns(), 3);
-    for (int i = 0; i < spline->NbUPoles(); ++i)
-        for (int j = 0; j < spline->NbVPoles(); ++j)
-            result.point(i, j) = vec(spline->Pole(i + 1, j + 1)).transpose();
-    return result;
-}
-
-/// Area and volume: whole bicubic faces by their own integrals, which take a tenth of the kernel's
-/// time; a shape with any other face by the kernel.
-void measure_mass(const CadModel& model, Inspection& result) {
-    const TopoDS_Shape& shape = model.impl().shape;
-    std::vector<geom::BsplineSurface> surfaces;
-    std::vector<int> sides;  // of the faces within solids: 1 or -1; 0: in no solid
-    const auto add = [&](const TopoDS_Shape& part, TopAbs_ShapeEnum without, bool solid) {
-        for (TopExp_Explorer it(part, TopAbs_FACE, without); it.More(); it.Next()) {
-            auto surface = bicubic_of(TopoDS::Face(it.Current()));
-            if (!surface) return false;
-            surfaces.push_back(std::move(*surface));
-            const bool reversed = it.Current().Orientation() == TopAbs_REVERSED;
-            sides.push_back(!solid ? 0 : reversed ? -1 : 1);
-        }
-        return true;
-    };
-    bool own = result.all_bicubic && add(shape, TopAbs_SOLID, false);
-    for (TopExp_Explorer it(shape, TopAbs_SOLID); own && it.More(); it.Next())
-        own = add(it.Current(), TopAbs_SHAPE, true);
-    if (own) {
-        const geom::Vec3 apex = 0.5 * (result.bounds.min + result.bounds.max);
-        std::vector<geom::SurfaceMass> parts(surfaces.size());
-        base::parallel_for(parts.size(), 16, [&](std::size_t first, std::size_t last) {
-            for (std::size_t i = first; i < last; ++i) parts[i] = geom::mass(surfaces[i], apex);
-        });
-        for (std::size_t i = 0; i < parts.size(); ++i) {
-            result.area_mm2 += parts[i].area;
-            result.volume_mm3 += sides[i] * parts[i].cone;
-        }
-        return;
-    }
-    GProp_GProps properties;
-    BRepGProp::SurfaceProperties(shape, properties);
-    result.area_mm2 = properties.Mass();
-    for (TopExp_Explorer it(shape, TopAbs_SOLID); it.More(); it.Next()) {
-        GProp_GProps of_solid;
-        BRepGProp::VolumeProperties(it.Current(), of_solid);
-        result.volume_mm3 += of_solid.Mass();
-    }
-}
-
 int count(const TopoDS_Shape& shape, TopAbs_ShapeEnum what) {
     TopTools_IndexedMapOfShape map;
     TopExp::MapShapes(shape, what, map);
@@ -183,7 +121,14 @@ Inspection inspect_shape(const CadModel& model) {
     count_edges(shape, result);
 
     result.bounds = tight_bounds(shape);
-    measure_mass(model, result);
+    GProp_GProps properties;
+    BRepGProp::SurfaceProperties(shape, properties);
+    result.area_mm2 = properties.Mass();
+    for (TopExp_Explorer it(shape, TopAbs_SOLID); it.More(); it.Next()) {
+        GProp_GProps of_solid;
+        BRepGProp::VolumeProperties(it.Current(), of_solid);
+        result.volume_mm3 += of_solid.Mass();
+    }
     result.max_tolerance_mm = ShapeAnalysis_ShapeTolerance().Tolerance(shape, 1);
     result.valid = BRepCheck_Analyzer(shape).IsValid();
     return result;

@@ -59,24 +59,3 @@ TEST_CASE("bicubic surfaces and their derivatives reproduce monomials", "[geom][
     CHECK(e.du.isApprox(Vec3(2 * u * v, 0, v * v), 1e-13));
     CHECK(e.dv.isApprox(Vec3(u * u, 3 * v * v, 2 * u * v), 1e-13));
 }
-
-TEST_CASE("area and volume under bicubic surfaces have closed forms", "[geom][oracle]") {
-    // (u, v, u^3 v^2) over the unit square; cones from (x, y, z) hold (x/3 + y/4 - z - 1/3) / 3.
-    geom::BsplineSurface graph{graded_knots, graded_knots, geom::Points(64, 3)};
-    geom::BsplineSurface flat = graph;
-    for (std::size_t i = 0; i < 8; ++i) {
-        for (std::size_t j = 0; j < 8; ++j) {
-            const double u = monomial_coefficient(1, i), v = monomial_coefficient(1, j);
-            graph.point(Eigen::Index(i), Eigen::Index(j)) << u, v,
-                monomial_coefficient(3, i) * monomial_coefficient(2, j);
-            flat.point(Eigen::Index(i), Eigen::Index(j)) << 3.0 * u, 0.0, 2.0 * v;
-        }
-    }
-    const Vec3 apex(0.4, -2.0, 5.0);
-    CHECK(geom::mass(graph, apex).cone ==
-          Approx((0.4 / 3 - 2.0 / 4 - 5.0 - 1.0 / 3) / 3).epsilon(1e-13));
-    const auto plate = geom::mass(flat, apex);
-    CHECK(plate.area == Approx(6.0).epsilon(1e-13));
-    // du x dv = (0, -6, 0): the plate faces the apex, 2 mm away.
-    CHECK(plate.cone == Approx(-4.0).epsilon(1e-13));
-}

@@ -8,8 +8,6 @@
 #include <patchwright/subd/limit_mask.h>
 #include <patchwright/subd/refine.h>
 
-#include <BRepGProp.hxx>
-#include <GProp_GProps.hxx>
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -69,17 +67,6 @@ TEST_CASE("a sharp cube becomes a valid solid of exact volume and area", "[occ][
     CHECK(i.area_mm2 == Approx(24.0).epsilon(1e-12));
     CHECK(i.max_tolerance_mm <= 1e-7);
     CHECK((i.bounds.max - geom::Vec3(1, 1, 1)).norm() < 1e-9);
-}
-
-TEST_CASE("volume and area of bicubic solids are the kernel's", "[occ][oracle]") {
-    // Smooth, with eight extraordinary points; the kernel integrates to a relative 1e-6 or so.
-    const occ::CadModel model = occ::assemble(patches_of(test::cube(2.0)));
-    GProp_GProps area, volume;
-    BRepGProp::SurfaceProperties(model.impl().shape, area);
-    BRepGProp::VolumeProperties(model.impl().shape, volume);
-    const occ::Inspection i = occ::inspect(model);
-    CHECK(i.area_mm2 == Approx(area.Mass()).epsilon(1e-5));
-    CHECK(i.volume_mm3 == Approx(volume.Mass()).epsilon(1e-5));
 }
 
 TEST_CASE("inside-out patches still make a solid of positive volume", "[occ]") {

@@ -48,17 +48,6 @@ struct BsplineSurface {
     [[nodiscard]] Evaluation at(double u, double v) const;
 };
 
-/// Of a surface: what solids are measured by.
-struct SurfaceMass {
-    double area = 0.0;
-    /// Volume of all straight lines from `apex` to the surface, positive where du x dv faces away
-    /// from it; the sum over a closed surface is the volume within.
-    double cone = 0.0;
-};
-
-/// By Gauss points in every span: the volume is exact but for rounding.
-SurfaceMass mass(const BsplineSurface& surface, const Vec3& apex);
-
 /// The four cubic basis functions that are non-zero at `t`, with derivatives.
 struct BasisSpan {
     Eigen::Index first;  ///< index of the first of the four control points
