@@ -100,8 +100,8 @@ TEST_CASE("a disturbed cage finds the limit surface it comes from", "[fit][oracl
     std::srand(7);
     disturbed.points += 0.03 * geom::Points::Random(cage.points.rows(), 3);
     const auto result = fit::fit(disturbed, LimitReference(cage),
-                                 {.tolerance_mm = 2e-10, .max_levels = 0, .max_projections = 200});
-    CHECK(result.levels.back().max_mm < 2e-10);
+                                 {.tolerance_mm = 1e-10, .max_levels = 0, .max_projections = 200});
+    CHECK(result.levels.back().max_mm < 1e-10);
 }
 
 TEST_CASE("creases and corners of a cube go to the edges and corners of a box", "[fit][oracle]") {
