@@ -55,7 +55,7 @@ class Plate final : public geom::ReferenceSurface {
 
 /// Two flat squares side by side that touch along x = 0 but do not hang together: their corners
 /// there are in the same place.
-class Slit final : public geom::ReferenceSurface {
+class Slit final : public test::StraightEdged {
   public:
     Slit() {
         for (int side = 0; side < 2; ++side) {
@@ -84,24 +84,6 @@ class Slit final : public geom::ReferenceSurface {
         const Vec3 p(std::clamp(q.x(), -2.0, 2.0), std::clamp(q.y(), -1.0, 1.0), 0.0);
         return {p, Vec3::UnitZ(), (q - p).norm(), 0};
     }
-    const geom::Features& features() const override { return features_; }
-    geom::FeaturePoint nearest_on_curve(
-        int curve, const Vec3& q, const std::optional<geom::ArcRange>& within) const override {
-        const geom::FeatureCurve& c = features_.curves[std::size_t(curve)];
-        const double s = std::clamp((q - c.start).dot((c.end - c.start) / c.length),
-                                    within ? within->from : 0.0, within ? within->to : c.length);
-        geom::FeaturePoint hit = point_on_curve(curve, s);
-        hit.distance = (hit.point - q).norm();
-        return hit;
-    }
-    geom::FeaturePoint point_on_curve(int curve, double s) const override {
-        const geom::FeatureCurve& c = features_.curves[std::size_t(curve)];
-        const Vec3 tangent = (c.end - c.start) / c.length;
-        return {c.start + s * tangent, 0.0, curve, s, tangent};
-    }
-
-  private:
-    geom::Features features_;
 };
 
 /// The upper half of the unit disc: curve 0 is its diameter, curve 1 its arc.

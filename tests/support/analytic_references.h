@@ -78,9 +78,33 @@ class Disc final : public geom::ReferenceSurface {
     geom::Features features_;
 };
 
+/// A shape whose feature curves are straight.
+class StraightEdged : public geom::ReferenceSurface {
+  public:
+    const geom::Features& features() const override { return features_; }
+    geom::FeaturePoint nearest_on_curve(
+        int curve, const geom::Vec3& q,
+        const std::optional<geom::ArcRange>& within) const override {
+        const geom::FeatureCurve& c = features_.curves[std::size_t(curve)];
+        const double s = std::clamp((q - c.start).dot((c.end - c.start) / c.length),
+                                    within ? within->from : 0.0, within ? within->to : c.length);
+        geom::FeaturePoint hit = point_on_curve(curve, s);
+        hit.distance = (hit.point - q).norm();
+        return hit;
+    }
+    geom::FeaturePoint point_on_curve(int curve, double s) const override {
+        const geom::FeatureCurve& c = features_.curves[std::size_t(curve)];
+        const geom::Vec3 tangent = (c.end - c.start) / c.length;
+        return {c.start + s * tangent, 0.0, curve, s, tangent};
+    }
+
+  protected:
+    geom::Features features_;
+};
+
 /// A box around the origin with its 12 sharp edges and 8 corners. Corner i is at (i & 1, i >> 1 &
 /// 1, i >> 2) * 2 - 1, times the half sizes.
-class Box final : public geom::ReferenceSurface {
+class Box final : public StraightEdged {
   public:
     explicit Box(const geom::Vec3& half = geom::Vec3::Ones()) : half_(half) {
         features_.corners.resize(8);
@@ -113,26 +137,9 @@ class Box final : public geom::ReferenceSurface {
         p[axis] = std::copysign(half_[axis], p[axis]);
         return {p, geom::Vec3::Unit(axis) * std::copysign(1.0, p[axis]), (q - p).norm(), axis};
     }
-    const geom::Features& features() const override { return features_; }
-    geom::FeaturePoint nearest_on_curve(
-        int curve, const geom::Vec3& q,
-        const std::optional<geom::ArcRange>& within) const override {
-        const geom::FeatureCurve& c = features_.curves[std::size_t(curve)];
-        const double s = std::clamp((q - c.start).dot((c.end - c.start) / c.length),
-                                    within ? within->from : 0.0, within ? within->to : c.length);
-        geom::FeaturePoint hit = point_on_curve(curve, s);
-        hit.distance = (hit.point - q).norm();
-        return hit;
-    }
-    geom::FeaturePoint point_on_curve(int curve, double s) const override {
-        const geom::FeatureCurve& c = features_.curves[std::size_t(curve)];
-        const geom::Vec3 tangent = (c.end - c.start) / c.length;
-        return {c.start + s * tangent, 0.0, curve, s, tangent};
-    }
 
   private:
     geom::Vec3 half_;
-    geom::Features features_;
 };
 
 }  // namespace patchwright::test

@@ -1,4 +1,5 @@
-#include "command.h"
+#include "input.h"
+#include "output.h"
 
 #include <memory>
 

@@ -1,4 +1,5 @@
-#include "command.h"
+#include "fitting.h"
+#include "output.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/occ/inspect_closely.h>

@@ -1,4 +1,4 @@
-#include "command.h"
+#include "output.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/subd/normal_control.h>

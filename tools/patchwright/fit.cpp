@@ -1,4 +1,4 @@
-#include "command.h"
+#include "fitting.h"
 
 #include <memory>
 

@@ -1,4 +1,4 @@
-#include "command.h"
+#include "input.h"
 
 #include <patchwright/geom/mesh_figures.h>
 #include <patchwright/mesh/read_triangles.h>
@@ -116,6 +116,16 @@ report::SolidFigures solid_figures(const std::string& file, const occ::CadModel&
             .area = i.area_mm2,
             .max_tolerance = i.max_tolerance_mm,
             .bounds = i.bounds};
+}
+
+void add_input_options(CLI::App& command, InputOptions& options) {
+    command.add_option("--input-unit", options.unit,
+                       "overrides the unit written in the input; STL and OBJ have none: mm");
+    command
+        .add_option("--sharp-angle", options.sharp_angle_deg,
+                    "edges whose faces differ by more than this are sharp, degrees; left away: 20, "
+                    "for triangles 35")
+        ->check(CLI::Range(0.1, 179.0));
 }
 
 Input read_input(Run& run, const std::string& file, const InputOptions& options) {

@@ -1,4 +1,4 @@
-#include "command.h"
+#include "input.h"
 
 #include <patchwright/geom/mesh_figures.h>
 #include <patchwright/occ/inspect_closely.h>

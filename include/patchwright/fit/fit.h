@@ -80,7 +80,7 @@ struct FitLevel {
 
 struct FitResult {
     mesh::Cage cage;
-    bool met = false;
+    bool met = false;        ///< FitLevel::largest of the best level is within the tolerance
     int best_level = 0;      ///< the one whose cage this is: no later one came nearer
     int symmetry_axis = -1;  ///< of the symmetry plane that was kept; -1: none
     /// The cage faces the other way than the reference, as open ones can: normals were compared
@@ -93,9 +93,10 @@ struct FitResult {
 /// faces go to their foot points (on the side their own normal faces); chains of infinitely sharp
 /// edges to the sharp feature curves that lie along them, boundaries to free ones, corners to
 /// feature corners, where they then end exactly. Steps minimise distances along normals (tangent
-/// distance) and bending; one that makes things worse is not taken. Crease and boundary control
-/// points are solved first, for their own curves, and then held. Pinned control points do not move.
-/// Points at tagged sectors are settled after each level (see subd::control_normals). Missing the
+/// distance) and bending; one that makes things worse is not taken. Where points of the reference
+/// stay beyond the tolerance, samples near them are drawn to them; they count in FitLevel::largest.
+/// Crease and boundary control points are solved first, for their own curves, and then held.
+/// Pinned control points do not move. Points at tagged sectors are settled after each level (see subd::control_normals). Missing the
 /// tolerance is an answer: see FitResult::met.
 /// @throw InvalidArgument when an option is out of range
 /// @throw Cancelled when the progress callback says so
