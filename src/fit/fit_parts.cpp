@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace patchwright::fit {
 
@@ -59,6 +60,23 @@ FitLevel sum_of(const std::vector<PartFit>& parts, std::size_t level, std::size_
     return sum;
 }
 
+/// Parts of the same surface as one, in the order of their first ones.
+std::vector<std::pair<mesh::Cage, const geom::ReferenceSurface*>> by_reference(
+    const std::vector<mesh::Cage>& parts,
+    const std::vector<const geom::ReferenceSurface*>& references) {
+    std::vector<std::pair<mesh::Cage, const geom::ReferenceSurface*>> result;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        if (std::find(references.begin(), references.begin() + std::ptrdiff_t(i), references[i]) !=
+            references.begin() + std::ptrdiff_t(i))
+            continue;
+        std::vector<mesh::Cage> same;
+        for (std::size_t k = i; k < parts.size(); ++k)
+            if (references[k] == references[i]) same.push_back(parts[k]);
+        result.emplace_back(same.size() == 1 ? same.front() : mesh::joined(same), references[i]);
+    }
+    return result;
+}
+
 }  // namespace
 
 PartsFit fit_parts(const std::vector<mesh::Cage>& parts,
@@ -74,26 +92,27 @@ PartsFit fit_parts(const std::vector<mesh::Cage>& parts,
     std::vector<mesh::Cage> fitted;
     std::size_t levels = 0;
     result.whole.met = true;
-    for (std::size_t i = 0; i < parts.size(); ++i) {
+    for (const auto& [part, reference] : by_reference(parts, references)) {
         FitOptions of_part = options;
-        const double share = double(parts[i].topology->vertex_count()) / vertices;
+        const double share = double(part.topology->vertex_count()) / vertices;
         of_part.max_vertices = int(std::lround(share * options.max_vertices));
         of_part.reverse_samples =
             std::min(options.reverse_samples,
                      std::max(least_samples, int(std::lround(share * options.reverse_samples))));
         const auto same = std::find_if(known.begin(), known.end(), [&](const PartFit& k) {
-            return is_same(k, parts[i], references[i], of_part);
+            return is_same(k, part, reference, of_part);
         });
         result.parts.push_back(
-            {parts[i], references[i], of_part,
-             same != known.end() ? same->result : fit(parts[i], *references[i], of_part)});
+            {part, reference, of_part,
+             same != known.end() ? same->result : fit(part, *reference, of_part)});
         const FitResult& one = result.parts.back().result;
         fitted.push_back(one.cage);
         levels = std::max(levels, one.levels.size());
         result.whole.met = result.whole.met && one.met;
         result.whole.faces_away = result.whole.faces_away || one.faces_away;
         const int axis = one.symmetry_axis;
-        result.whole.symmetry_axis = i == 0 || axis == result.whole.symmetry_axis ? axis : -1;
+        result.whole.symmetry_axis =
+            result.parts.size() == 1 || axis == result.whole.symmetry_axis ? axis : -1;
     }
     for (std::size_t level = 0; level < levels; ++level)
         result.whole.levels.push_back(sum_of(result.parts, level, levels));

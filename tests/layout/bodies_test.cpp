@@ -63,6 +63,36 @@ TEST_CASE("parts of a cage are fitted to the bodies that they lie on", "[layout]
         fit::fit_parts(parts, references, tighter, known).parts[1].result.cage.points.isZero());
 }
 
+TEST_CASE("parts of a cage on the same body are fitted together", "[layout]") {
+    const occ::CadModel model = crossing_cubes();
+    const auto bodies = layout::model_bodies(model);
+    // The three faces around one corner of the first cube, and the three around the opposite one.
+    const auto half = [](const std::vector<std::size_t>& faces) {
+        std::vector<int> number(8, -1);
+        std::vector<geom::Vec3> points;
+        std::vector<std::vector<int>> renumbered;
+        for (const std::size_t f : faces) {
+            renumbered.emplace_back();
+            for (const int v : test::cube_faces[f]) {
+                int& n = number[std::size_t(v)];
+                if (n < 0) {
+                    n = int(points.size());
+                    points.emplace_back(test::cube(2.0).points.row(v));
+                }
+                renumbered.back().push_back(n);
+            }
+        }
+        return test::make_cage(points, renumbered);
+    };
+    const auto* body = &bodies[0].reference;
+    const fit::FitOptions options{.tolerance_mm = 0.1, .max_levels = 0, .keeps_form = false};
+    const auto fitted = fit::fit_parts({half({0, 2, 4}), half({1, 3, 5})}, {body, body}, options);
+    REQUIRE(fitted.parts.size() == 1);
+    CHECK(fitted.parts[0].given.topology->face_count() == 6);
+    // Either half alone stays more than 1 mm away from the other's corner.
+    CHECK(fitted.whole.levels[0].reverse_max_mm < 0.9);
+}
+
 TEST_CASE("a part of a cage that covers several bodies is fitted to the whole model", "[layout]") {
     const occ::CadModel model = crossing_cubes();
     const occ::CadReference whole(model);

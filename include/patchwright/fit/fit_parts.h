@@ -20,7 +20,8 @@ struct PartsFit {
     std::vector<PartFit> parts;
 };
 
-/// Parts are refined until they meet the tolerance, whatever the others do.
+/// Parts are refined until they meet the tolerance, whatever the others do. Those of the same
+/// surface are fitted together, as one PartFit: only all of them cover it.
 /// @param references  one a part
 /// @param known  earlier results: a part that is the same, to be fitted in the same way, is taken
 ///               from there
