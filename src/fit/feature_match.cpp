@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <optional>
@@ -59,10 +60,51 @@ struct Candidate {
     double score = infinity;
 };
 
+/// By how much more a curve of the reference counts as far from a chain of this kind: creases may
+/// follow smooth edges where no sharp one is as near.
+double dearness(FeatureKind chain, FeatureKind curve) {
+    constexpr double of_smooth = 3.0;
+    if (chain == curve) return 1.0;
+    return chain == FeatureKind::Sharp && curve == FeatureKind::Smooth ? of_smooth : infinity;
+}
+
+/// Where the curves of a reference meet: its corners, then the ends that smooth curves have in
+/// common.
+struct Junctions {
+    int count = 0;
+    std::vector<std::array<int, 2>> of_curve;  ///< at its start and end; -1 where it has none
+
+    explicit Junctions(const geom::ReferenceSurface& reference) {
+        const Features& features = reference.features();
+        const double same = 1e-6 * reference.bounds().diagonal();
+        count = static_cast<int>(features.corners.size());
+        std::vector<Vec3> places;
+        for (std::size_t c = 0; c < features.curves.size(); ++c) {
+            const geom::FeatureCurve& curve = features.curves[c];
+            of_curve.push_back({curve.start_corner, curve.end_corner});
+            for (std::size_t k = 0; k < 2 && !curve.closed; ++k) {
+                if (of_curve[c][k] >= 0) continue;
+                const Vec3 end = reference.point_on_curve(int(c), k * curve.length).point;
+                const auto known =
+                    std::find_if(places.begin(), places.end(),
+                                 [&](const Vec3& place) { return (place - end).norm() < same; });
+                of_curve[c][k] = count + static_cast<int>(known - places.begin());
+                if (known == places.end()) places.push_back(end);
+            }
+        }
+        count += static_cast<int>(places.size());
+    }
+};
+
 class ChainMatcher {
   public:
-    ChainMatcher(const geom::ReferenceSurface& reference, FeatureKind kind, double reach)
-        : reference_(reference), features_(reference.features()), kind_(kind), reach_(reach) {}
+    ChainMatcher(const geom::ReferenceSurface& reference, const Junctions& junctions,
+                 FeatureKind kind, double reach)
+        : reference_(reference),
+          features_(reference.features()),
+          junctions_(junctions),
+          kind_(kind),
+          reach_(reach) {}
 
     /// @param line  of the chain; is moved with its ends
     /// @param ends  the corners of the reference that the chain's ends have, if any
@@ -138,10 +180,12 @@ class ChainMatcher {
         std::optional<Stop> best;
         double distance = infinity;
         for (std::size_t c = 0; c < features_.curves.size(); ++c) {
-            if (features_.curves[c].kind != kind_) continue;
+            const double dear = dearness(kind_, features_.curves[c].kind);
+            if (std::isinf(dear)) continue;
             const auto hit = reference_.nearest_on_curve(int(c), q);
-            if (hit.distance >= distance) continue;
-            distance = hit.distance;
+            const double far = dear * (hit.distance + little());
+            if (far >= distance) continue;
+            distance = far;
             best = Stop{-1, int(c), hit.arc_length, hit.point};
         }
         return best;
@@ -191,32 +235,38 @@ class ChainMatcher {
         return sum / double(line.size());
     }
 
+    /// What a way along curves costs for its length alone.
+    [[nodiscard]] double little() const { return 1e-3 * reach_; }
+
     struct Link {
         int to;
         FeaturePiece piece;
+        double dear;
     };
 
     /// The pieces of all curves of the kind between corners and these two stops, which are nodes
-    /// 0 and 1; corner c is node c + 2.
+    /// 0 and 1; junction j is node j + 2.
     [[nodiscard]] std::vector<std::vector<Link>> links(const Stop& from, const Stop& to) const {
-        std::vector<std::vector<Link>> result(features_.corners.size() + 2);
+        std::vector<std::vector<Link>> result(std::size_t(junctions_.count) + 2);
         for (std::size_t c = 0; c < features_.curves.size(); ++c) {
             const geom::FeatureCurve& curve = features_.curves[c];
-            if (curve.kind != kind_) continue;
+            const double dear = dearness(kind_, curve.kind);
+            if (std::isinf(dear)) continue;
             std::vector<std::pair<double, int>> nodes;
-            if (curve.start_corner >= 0) nodes.emplace_back(0.0, curve.start_corner + 2);
+            const auto [start, end] = junctions_.of_curve[c];
+            if (start >= 0) nodes.emplace_back(0.0, start + 2);
             if (from.curve == int(c)) nodes.emplace_back(from.arc_length, 0);
             if (to.curve == int(c)) nodes.emplace_back(to.arc_length, 1);
-            if (curve.end_corner >= 0) nodes.emplace_back(curve.length, curve.end_corner + 2);
+            if (end >= 0) nodes.emplace_back(curve.length, end + 2);
             std::stable_sort(nodes.begin(), nodes.end(),
                              [](const auto& a, const auto& b) { return a.first < b.first; });
-            if (curve.closed && curve.start_corner < 0 && !nodes.empty()) {
+            if (curve.closed && start < 0 && !nodes.empty()) {
                 nodes.emplace_back(nodes.front().first + curve.length, nodes.front().second);
             }
             for (std::size_t i = 1; i < nodes.size(); ++i) {
                 const FeaturePiece piece{int(c), {nodes[i - 1].first, nodes[i].first}};
-                result[std::size_t(nodes[i - 1].second)].push_back({nodes[i].second, piece});
-                result[std::size_t(nodes[i].second)].push_back({nodes[i - 1].second, piece});
+                result[std::size_t(nodes[i - 1].second)].push_back({nodes[i].second, piece, dear});
+                result[std::size_t(nodes[i].second)].push_back({nodes[i - 1].second, piece, dear});
             }
         }
         return result;
@@ -249,7 +299,7 @@ class ChainMatcher {
                 if (done[next] != 0) continue;
                 const double length = link.piece.range.to - link.piece.range.from;
                 const double sum =
-                    cost[at] + length * (mean_distance(link.piece, line) + 1e-3 * reach_);
+                    cost[at] + link.dear * length * (mean_distance(link.piece, line) + little());
                 if (sum >= cost[next]) continue;
                 cost[next] = sum;
                 back[next] = {at, link.piece};
@@ -266,6 +316,7 @@ class ChainMatcher {
 
     const geom::ReferenceSurface& reference_;
     const Features& features_;
+    const Junctions& junctions_;
     FeatureKind kind_;
     double reach_;
 };
@@ -278,7 +329,7 @@ FeatureKind feature_kind(const Chain& chain) {
 /// others, get one each, with the least sum of distances.
 void part_curves(const std::vector<Chain>& chains, const std::vector<std::array<int, 2>>& corners,
                  const std::vector<Polyline>& lines, const geom::ReferenceSurface& reference,
-                 double reach, std::vector<FeaturePath>& paths) {
+                 const Junctions& junctions, double reach, std::vector<FeaturePath>& paths) {
     const Features& features = reference.features();
     using Key = std::pair<std::pair<int, int>, FeatureKind>;
     std::map<Key, std::vector<std::size_t>> groups;
@@ -297,7 +348,7 @@ void part_curves(const std::vector<Chain>& chains, const std::vector<std::array<
                 std::pair<int, int>(std::minmax(curve.start_corner, curve.end_corner)) == key.first)
                 curves.push_back(int(c));
         }
-        const ChainMatcher matcher(reference, key.second, reach);
+        const ChainMatcher matcher(reference, junctions, key.second, reach);
         Eigen::MatrixXd cost(Eigen::Index(group.size()), Eigen::Index(curves.size()));
         for (Eigen::Index i = 0; i < cost.rows(); ++i)
             for (Eigen::Index j = 0; j < cost.cols(); ++j)
@@ -360,6 +411,7 @@ FeatureMatch match_features(const mesh::Topology& topology, const Points& points
         chain_ends[chain.vertices.back()].push_back({feature_kind(chain), std::move(line)});
     }
     const auto corners = match_corners(fixed, points, chain_ends, reference, reach);
+    const Junctions junctions(reference);
     FeatureMatch result;
     std::vector<std::array<int, 2>> chain_corners;
     std::map<VertexId, Vec3> places;
@@ -374,7 +426,7 @@ FeatureMatch match_features(const mesh::Topology& topology, const Points& points
         }
         chain_corners.push_back(end_corners);
         std::array<Stop, 2> stops;
-        result.paths.push_back(ChainMatcher(reference, feature_kind(chain), reach)
+        result.paths.push_back(ChainMatcher(reference, junctions, feature_kind(chain), reach)
                                    .match(lines[i], chain.closed, end_corners, stops));
         for (std::size_t k = 0; k < 2 && !chain.closed; ++k) {
             if (std::find(fixed.begin(), fixed.end(), ends[k]) == fixed.end()) continue;
@@ -384,7 +436,7 @@ FeatureMatch match_features(const mesh::Topology& topology, const Points& points
             places.try_emplace(ends[k], stops[k].point);
         }
     }
-    part_curves(curves.chains, chain_corners, lines, reference, reach, result.paths);
+    part_curves(curves.chains, chain_corners, lines, reference, junctions, reach, result.paths);
     for (const auto& [vertex, corner] : corners) {
         // A corner whose sharp edges belong to nothing is no corner of the reference.
         const auto chain = has_chain.find(vertex);

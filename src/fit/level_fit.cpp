@@ -33,8 +33,10 @@ constexpr double enough = 0.4;
 // A foot point that is farther from its normal than this is on a border or an edge: the residual
 // then counts in all directions.
 constexpr double slanted = 0.3;
-// A face that anywhere keeps less than this share of its area in the given cage is about to fold.
+// Where less than this share of a face's area in the given cage is left, it is about to fold.
 constexpr double thin_share = 0.1;
+// Steps of a level that are made again for that.
+constexpr int most_stiffenings = 10;
 // Sliding by as much as a face is wide counts as much as missing by this share of the tolerance:
 // enough against what drifts for nothing, too little to keep curves and noses from their place.
 constexpr double slack = 0.1;
@@ -46,8 +48,14 @@ struct Projection {
     Points limit, target;
     SampleWeights weights;
     Distances distances;
-    Eigen::VectorXd areas;  ///< du x dv along the foot point's normal; none for curves
+    /// Of faces du x dv, of curves the way from the sample before to the next one.
+    Points sense;
+    /// How much of that there is along the normal of the foot point, or along the given curve, of
+    /// what there was.
+    Eigen::VectorXd extent;
     bool of_curves = false;
+
+    [[nodiscard]] bool folds(Eigen::Index i) const { return extent[i] < thin_share; }
 
     /// Of the distances, as `weights` count them.
     [[nodiscard]] double energy(const SampleWeights& by) const {
@@ -71,16 +79,18 @@ class LevelFitter {
           curves_(curve_sites(topology_)),
           surface_(topology_, {interior_grid(options.samples_per_edge)}, face_sites(topology_),
                    subd::SampleRows::PointsAndTangents),
-          stiffness_(topology_, points_, options.keeps_form ? slack * options.tolerance_mm : 0.0),
+          stiffness_(FormStiffness::of_surface(
+              topology_, points_, options.keeps_form ? slack * options.tolerance_mm : 0.0)),
+          curve_stiffness_(FormStiffness::of_curves(topology_, curves_.sites, points_,
+                                                    slack * options.tolerance_mm)),
           curve_(topology_, side_sets(options.samples_per_edge), curves_.sites),
           preconditioner_(topology_),
           curve_steps_{.held = std::vector<std::uint8_t>(std::size_t(topology_.vertex_count()))},
           surface_steps_(curve_steps_) {
         given_areas_ = surface_.normals(points_).rowwise().norm();
-        Points samples;
-        curve_.apply(points_, samples);
+        curve_.apply(points_, given_curves_);
         match_ =
-            match_features(topology_, points_, curves_, samples, options.samples_per_edge,
+            match_features(topology_, points_, curves_, given_curves_, options.samples_per_edge,
                            reference, options.feature_reach_rel * reference.bounds().diagonal());
         hold_vertices();
         keep_symmetry();
@@ -89,7 +99,7 @@ class LevelFitter {
     LevelFit run() && {
         if (!curves_.sites.empty()) {
             // Crease and boundary curves depend on their own control points only.
-            improve(curve_, curve_steps_, 0.0, (options_.max_projections + 1) / 2,
+            improve(curve_, curve_steps_, curve_stiffness_, 0.0, (options_.max_projections + 1) / 2,
                     [&](const Points& p, const Projection*) { return project_curves(p); });
         }
         improve_surface(options_.fairness, options_.max_projections);
@@ -99,7 +109,7 @@ class LevelFitter {
 
   private:
     void improve_surface(double fairness, int rounds) {
-        improve(surface_, surface_steps_, fairness, rounds,
+        improve(surface_, surface_steps_, stiffness_, fairness, rounds,
                 [&](const Points& p, const Projection* last) { return project_surface(p, last); });
     }
 
@@ -200,28 +210,25 @@ class LevelFitter {
     /// weights are fixed. A step that makes the result worse is not taken.
     template <class Project>
     void improve(const subd::LimitOperator& samples, const PointConstraints& constraints,
-                 double fairness, int rounds, const Project& project) {
+                 FormStiffness& form, double fairness, int rounds, const Project& project) {
         Projection now = project(points_, nullptr);
         double damping = 1e-6;
         double sliding = 0.3;
         int idle = 0;
         double least = now.energy(now.weights);
+        int stiffenings = 0;
         for (int round = 0; round < rounds; ++round) {
             base::report_progress(options_.progress, "fit", double(round) / rounds);
-            const bool folding = stiffen_thin_faces(now);
-            if (now.distances.max < enough * options_.tolerance_mm && !folding) return;
+            if (now.distances.max < enough * options_.tolerance_mm) return;
             (now.of_curves ? now.weights.along : now.weights.across) = sliding;
             // Bending has fewer samples a face than the surface, and they count alike.
-            const double share = double(samples.rows()) / double(stiffness_.rows().rows());
-            const double bending = fairness * share;
-            // Curves go where their features are; the surface then evens out what is left.
-            const Stiffness stiff =
-                stiffness_.around(points_, bending, now.of_curves ? 0.0 : share);
-            const StepOperator step(samples, now.weights, stiffness_.rows(), stiff.rows, damping,
+            const double share = double(samples.rows()) / double(form.rows().rows());
+            const Stiffness stiff = form.around(points_, fairness * share, share);
+            const StepOperator step(samples, now.weights, form.rows(), stiff.rows, damping,
                                     constraints);
             step.precondition(preconditioner_);
             const CglsResult solution = solve_cgls(
-                step, step.right_side(now.target - now.limit, stiffness_.changes(points_, stiff)),
+                step, step.right_side(now.target - now.limit, form.changes(points_, stiff)),
                 Points::Zero(step.columns(), 3),
                 {.max_iterations = options_.max_cgls_iterations,
                  .relative_residual = 1e-4,
@@ -235,11 +242,25 @@ class LevelFitter {
             level_.solves_by_length += solution.stop == CglsStop::LeastChange ? 1 : 0;
             level_.solves_by_steps += solution.stop == CglsStop::MaxIterations ? 1 : 0;
             ++level_.projections;
+            const bool folds = stiffen_folds(form, samples.site_rows(), now, next);
+            if (getenv("DBG")) {
+                int a = 0, b = 0;
+                for (Eigen::Index i = 0; i < next.extent.size(); ++i) {
+                    a += now.folds(i);
+                    b += next.folds(i);
+                }
+                fprintf(stderr,
+                        "curve %d round %d folds %d -> %d new %d sliding %g damping %g max %g "
+                        "energy %g -> %g\n",
+                        int(now.of_curves), round, a, b, int(folds), sliding, damping,
+                        next.distances.max, now.energy(now.weights), next.energy(now.weights));
+            }
+            if (folds && stiffenings++ < most_stiffenings) continue;
             const double was = now.energy(now.weights), is = next.energy(now.weights);
-            const double before = was + stiffness_.energy(points_, stiff);
-            const double after = is + stiffness_.energy(candidate, stiff);
+            const double before = was + form.energy(points_, stiff);
+            const double after = is + form.energy(candidate, stiff);
             // Holding on to the given form must not drive the surface away.
-            if (!(after < before) || is > 2.0 * least) {
+            if (folds || !(after < before) || is > 2.0 * least) {
                 if (sliding < 1.0) {
                     sliding = 1.0;
                 } else {
@@ -255,33 +276,45 @@ class LevelFitter {
             damping = std::max(0.2 * damping, 1e-9);
             sliding = std::max(0.3 * sliding, least_sliding);
             // While it is lowered, bending may hold the distances back.
-            idle = little && !folding && fairness < 1e-5 ? idle + 1 : 0;
+            idle = little && fairness < 1e-5 ? idle + 1 : 0;
             if (idle == 2) return;
             fairness *= 0.2;
         }
     }
 
-    /// Holds faces that are about to fold closer to their given form. Whether there were any that
-    /// could be.
-    bool stiffen_thin_faces(const Projection& p) {
-        if (p.of_curves || !options_.keeps_form) return false;
-        const auto& samples = surface_.site_rows();
-        return stiffness_.stiffen([&](std::size_t site) {
-            for (auto i = samples[site]; i < samples[site + 1]; ++i) {
-                if (p.areas[i] < thin_share * given_areas_[i]) return true;
+    /// Holds sites that fold, or are about to, closer to their given form.
+    /// @return whether they are others than before
+    static bool stiffen_folds(FormStiffness& form, const std::vector<std::int32_t>& rows,
+                              const Projection& now, const Projection& next) {
+        bool any = false;
+        form.stiffen([&](std::size_t site) {
+            bool folds = false;
+            for (auto i = rows[site]; i < rows[site + 1]; ++i) {
+                if (!next.folds(i)) continue;
+                folds = true;
+                any = any || (!now.folds(i) && next.sense.row(i).dot(now.sense.row(i)) < 0.0);
             }
-            return false;
+            return folds;
         });
+        return any;
     }
 
     [[nodiscard]] Projection project_curves(const Points& points) const {
         Projection p = start(curve_, points);
         p.of_curves = true;
         const auto& rows = curve_.site_rows();
+        p.sense.resize(p.limit.rows(), 3);
+        p.extent.resize(p.limit.rows());
         base::parallel_for(curves_.sites.size(), 16, [&](std::size_t first, std::size_t last) {
             for (std::size_t site = first; site < last; ++site) {
                 for (auto row = rows[site]; row < rows[site + 1]; ++row) {
                     const Vec3 at = p.limit.row(row).transpose();
+                    const auto before = std::max(row - 1, rows[site]);
+                    const auto next = std::min(row + 1, rows[site + 1] - 1);
+                    const Eigen::RowVector3d given =
+                        given_curves_.row(next) - given_curves_.row(before);
+                    p.sense.row(row) = p.limit.row(next) - p.limit.row(before);
+                    p.extent[row] = p.sense.row(row).dot(given) / given.squaredNorm();
                     const FeaturePath& path =
                         match_.paths[std::size_t(curves_.chain_of_site[site])];
                     if (path.empty()) {
@@ -299,16 +332,16 @@ class LevelFitter {
 
     [[nodiscard]] Projection project_surface(const Points& points, const Projection* last) const {
         Projection p = start(surface_, points);
-        const Points normals = surface_.normals(points);
-        p.areas.resize(p.limit.rows());
+        p.sense = surface_.normals(points);
+        p.extent.resize(p.limit.rows());
         base::parallel_for(
             std::size_t(p.limit.rows()), 64, [&](std::size_t first, std::size_t end) {
                 for (auto i = Eigen::Index(first); i < Eigen::Index(end); ++i) {
-                    const auto side = unit_or_none(normals.row(i).transpose());
+                    const auto side = unit_or_none(p.sense.row(i).transpose());
                     const geom::FootPoint foot =
                         foot_on_side(reference_, p.limit.row(i).transpose(), side, side_reach_);
                     p.target.row(i) = foot.point.transpose();
-                    p.areas[i] = normals.row(i).dot(foot.normal);
+                    p.extent[i] = p.sense.row(i).dot(foot.normal) / given_areas_[i];
                     set_direction(p, i, foot.normal, true);
                     p.weights.weight[i] = trust(p, last, i, side ? foot.normal.dot(*side) : 1.0);
                 }
@@ -367,7 +400,8 @@ class LevelFitter {
     FitLevel& level_;
     CurveSampling curves_;
     subd::LimitOperator surface_;
-    SurfaceStiffness stiffness_;
+    FormStiffness stiffness_, curve_stiffness_;
+    Points given_curves_;          // of the samples of curve_
     Eigen::VectorXd given_areas_;  // of the samples of surface_
     subd::LimitOperator curve_;
     MeshPreconditioner preconditioner_;

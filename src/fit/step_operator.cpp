@@ -62,12 +62,13 @@ Eigen::VectorXd largest_squares(const subd::LimitOperator& samples, const Sample
     const auto& rows = samples.site_rows();
     Eigen::VectorXd squares(Eigen::Index(rows.size()) - 1);
     for (std::size_t site = 0; site + 1 < rows.size(); ++site) {
-        double largest = std::max({weights.along, weights.across, weights.without});
-        if (weights.across_by_row.size() > 0) {
-            const auto across =
-                weights.across_by_row.segment(rows[site], rows[site + 1] - rows[site]);
-            largest = std::max({weights.along, weights.without, across.maxCoeff()});
-        }
+        const auto of_site = [&](const Eigen::VectorXd& by_row, double otherwise) {
+            if (by_row.size() == 0) return otherwise;
+            return by_row.segment(rows[site], rows[site + 1] - rows[site]).maxCoeff();
+        };
+        const double across = of_site(weights.across_by_row, weights.across);
+        const double largest =
+            of_site(weights.weight, 1.0) * std::max({weights.along, weights.without, across});
         squares[Eigen::Index(site)] = largest * largest;
     }
     return squares;

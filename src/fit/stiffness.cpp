@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace patchwright::fit {
 
@@ -47,25 +48,63 @@ Eigen::VectorXd evenness_of(const Topology& topology, const Points& points, doub
            std::pow(slack, 2);
 }
 
-/// The part across the directions; none where there is none.
-Eigen::RowVector3d tangential(const Stiffness& s, const Eigen::RowVector3d& row, Eigen::Index i) {
-    const Eigen::RowVector3d n = s.rows.direction.row(i);
-    if (n.isZero()) return Eigen::RowVector3d::Zero();
-    return row - row.dot(n) * n;
+/// The same of sides: only what is along them counts, rows of other directions do not.
+Eigen::VectorXd evenness_of(const std::vector<subd::Site>& sides,
+                            const std::vector<std::int32_t>& site_rows,
+                            const subd::LimitOperator& ends, const Points& points, double slack) {
+    Points limit;
+    ends.apply(points, limit);
+    Eigen::VectorXd evenness = Eigen::VectorXd::Zero(site_rows.back());
+    for (std::size_t site = 0; site < sides.size(); ++site) {
+        const auto at = ends.site_rows()[site];
+        const double length = (limit.row(at + 1) - limit.row(at)).norm() +
+                              (limit.row(at + 2) - limit.row(at + 1)).norm();
+        const int along = sides[site].set % 2 == 0 ? 0 : 2;  // uu or vv
+        for (auto row = site_rows[site]; row < site_rows[site + 1]; row += 3)
+            evenness[row + along] = std::pow(slack / std::max(length, 1e-150), 2);
+    }
+    return evenness;
+}
+
+/// Both ends and the middle of each side.
+std::vector<subd::ParameterSet> side_ends() {
+    return {{{0, 0}, {0.5, 0}, {1, 0}},
+            {{1, 0}, {1, 0.5}, {1, 1}},
+            {{0, 1}, {0.5, 1}, {1, 1}},
+            {{0, 0}, {0, 0.5}, {0, 1}}};
 }
 
 }  // namespace
 
-SurfaceStiffness::SurfaceStiffness(const Topology& topology, const Points& given, double slack)
-    : rows_(topology, {interior_grid(2)}, face_sites(topology), subd::SampleRows::Bending),
-      places_(topology, {interior_grid(2)}, face_sites(topology),
-              subd::SampleRows::PointsAndTangents),
-      evenness_(evenness_of(topology, given, slack)),
-      stiffened_(rows_.site_rows().size() - 1, 1.0) {
+FormStiffness::FormStiffness(subd::LimitOperator rows, subd::LimitOperator places,
+                             const Points& given, Eigen::VectorXd evenness, bool of_curves)
+    : rows_(std::move(rows)),
+      places_(std::move(places)),
+      evenness_(std::move(evenness)),
+      stiffened_(rows_.site_rows().size() - 1, 1.0),
+      of_curves_(of_curves) {
     rows_.apply(given, given_);
 }
 
-bool SurfaceStiffness::stiffen(const std::function<bool(std::size_t)>& folds) {
+FormStiffness FormStiffness::of_surface(const Topology& topology, const Points& given,
+                                        double slack) {
+    const auto sites = face_sites(topology);
+    return {subd::LimitOperator(topology, {interior_grid(2)}, sites, subd::SampleRows::Bending),
+            subd::LimitOperator(topology, {interior_grid(2)}, sites,
+                                subd::SampleRows::PointsAndTangents),
+            given, evenness_of(topology, given, slack), false};
+}
+
+FormStiffness FormStiffness::of_curves(const Topology& topology,
+                                       const std::vector<subd::Site>& sites, const Points& given,
+                                       double slack) {
+    subd::LimitOperator rows(topology, side_sets(2), sites, subd::SampleRows::Bending);
+    subd::LimitOperator places(topology, side_ends(), sites);
+    Eigen::VectorXd evenness = evenness_of(sites, rows.site_rows(), places, given, slack);
+    return {std::move(rows), std::move(places), given, std::move(evenness), true};
+}
+
+bool FormStiffness::stiffen(const std::function<bool(std::size_t)>& folds) {
     bool any = false;
     const auto& rows = rows_.site_rows();
     for (std::size_t site = 0; site + 1 < rows.size(); ++site) {
@@ -77,46 +116,75 @@ bool SurfaceStiffness::stiffen(const std::function<bool(std::size_t)>& folds) {
     return any;
 }
 
-Stiffness SurfaceStiffness::around(const Points& points, double bending, double evenness) const {
-    Stiffness s{.bending = bending, .evenness = evenness * evenness_};
+Points FormStiffness::directions(const Points& points) const {
+    Points result(rows_.rows(), 3);
+    const auto& rows = rows_.site_rows();
+    places_.visit_sites(points, [&](std::size_t begin, std::size_t end, auto ends, auto normals) {
+        if (!of_curves_) {
+            for (Eigen::Index i = 0; i < normals.rows(); ++i) {
+                const auto normal = unit_or_none(normals.row(i).transpose());
+                result.middleRows(rows[begin] + 3 * i, 3).rowwise() =
+                    normal.value_or(geom::Vec3::Zero()).transpose();
+            }
+            return;
+        }
+        for (std::size_t site = begin; site < end; ++site) {
+            const auto first = Eigen::Index(3 * (site - begin));
+            for (int half = 0; half < 2; ++half) {
+                const auto tangent =
+                    unit_or_none((ends.row(first + half + 1) - ends.row(first + half)).transpose());
+                result.middleRows(rows[site] + 3 * half, 3).rowwise() =
+                    tangent.value_or(geom::Vec3::Zero()).transpose();
+            }
+        }
+    });
+    return result;
+}
+
+Stiffness FormStiffness::around(const Points& points, double bending, double evenness) const {
+    Stiffness s{.bending = of_curves_ ? 0.0 : bending, .evenness = evenness * evenness_};
+    s.rows.direction = directions(points);
+    if (of_curves_) {
+        s.rows.weight = s.evenness.cwiseSqrt();
+        s.rows.across = s.rows.without = 0.0;
+        return s;
+    }
     s.rows.along = std::sqrt(bending);
     s.rows.across_by_row = (s.evenness.array() + bending).sqrt();
     s.rows.without = s.rows.along;
-    s.rows.direction.resize(rows_.rows(), 3);
-    const auto& rows = rows_.site_rows();
-    places_.visit_sites(points, [&](std::size_t begin, std::size_t, auto, auto normals) {
-        for (Eigen::Index i = 0; i < normals.rows(); ++i) {
-            const auto normal = unit_or_none(normals.row(i).transpose());
-            s.rows.direction.middleRows(rows[begin] + 3 * i, 3).rowwise() =
-                normal.value_or(geom::Vec3::Zero()).transpose();
-        }
-    });
     return s;
 }
 
-Points SurfaceStiffness::changes(const Points& points, const Stiffness& s) const {
+Eigen::RowVector3d FormStiffness::sliding(const Stiffness& s, const Eigen::RowVector3d& row,
+                                          Eigen::Index i) const {
+    const Eigen::RowVector3d n = s.rows.direction.row(i);
+    if (n.isZero()) return Eigen::RowVector3d::Zero();
+    const Eigen::RowVector3d along = row.dot(n) * n;
+    return of_curves_ ? along : row - along;
+}
+
+Points FormStiffness::changes(const Points& points, const Stiffness& s) const {
     Points rows;
     rows_.apply(points, rows);
     base::parallel_for(std::size_t(rows.rows()), 4096, [&](std::size_t first, std::size_t last) {
         for (auto i = Eigen::Index(first); i < Eigen::Index(last); ++i) {
             const double both = s.bending + s.evenness[i];
             const double share = both > 0.0 ? s.evenness[i] / both : 0.0;
-            rows.row(i) = share * tangential(s, given_.row(i), i) - rows.row(i);
+            rows.row(i) = share * sliding(s, given_.row(i), i) - rows.row(i);
         }
     });
     return rows;
 }
 
-double SurfaceStiffness::energy(const Points& points, const Stiffness& s) const {
+double FormStiffness::energy(const Points& points, const Stiffness& s) const {
     const auto& rows_of = rows_.site_rows();
     std::vector<double> of_site(rows_of.size() - 1, 0.0);
     rows_.visit_sites(points, [&](std::size_t begin, std::size_t end, auto rows, auto) {
         for (std::size_t site = begin; site < end; ++site) {
             for (auto i = rows_of[site]; i < rows_of[site + 1]; ++i) {
                 const Eigen::RowVector3d now = rows.row(i - rows_of[begin]);
-                of_site[site] +=
-                    s.bending * now.squaredNorm() +
-                    s.evenness[i] * tangential(s, now - given_.row(i), i).squaredNorm();
+                of_site[site] += s.bending * now.squaredNorm() +
+                                 s.evenness[i] * sliding(s, now - given_.row(i), i).squaredNorm();
             }
         }
     });

@@ -1,5 +1,5 @@
-// What holds a surface back while it is fitted: bending, and the even lines of the cage it came
-// from.
+// What holds surfaces and curves back while they are fitted: bending, and the even lines of the
+// cage they came from.
 #pragma once
 
 #include "fit/step_operator.h"
@@ -20,20 +20,27 @@ struct Stiffness {
     Eigen::VectorXd evenness;
 };
 
-/// Second derivatives at 2 x 2 places a face.
-class SurfaceStiffness {
+/// Second derivatives at 2 x 2 places a face, or at 2 places a side for curves.
+class FormStiffness {
   public:
     /// @param given  control points whose lines are to be kept
-    /// @param slack  sliding by as much as a face is wide counts as much as missing by this; 0: all
-    ///               may slide
-    SurfaceStiffness(const mesh::Topology& topology, const geom::Points& given, double slack);
+    /// @param slack  sliding by as much as a face is wide, or a side long, counts as much as
+    /// missing
+    ///               by this; 0: all may slide
+    static FormStiffness of_surface(const mesh::Topology& topology, const geom::Points& given,
+                                    double slack);
+    /// Along curves only: what is across them counts nothing.
+    /// @param sites  sides, see CurveSampling
+    static FormStiffness of_curves(const mesh::Topology& topology,
+                                   const std::vector<subd::Site>& sites, const geom::Points& given,
+                                   double slack);
 
     [[nodiscard]] const subd::LimitOperator& rows() const { return rows_; }
-    /// Holds sites (fit::face_sites) that are about to fold closer to their given form. Whether
-    /// there were any that could be.
+    /// Holds sites (fit::face_sites, or sides) that are about to fold closer to their given form.
+    /// Whether there were any that could be.
     bool stiffen(const std::function<bool(std::size_t site)>& folds);
 
-    /// Around the normals that the surface has now.
+    /// Around the normals, or along the tangents, that there are now.
     [[nodiscard]] Stiffness around(const geom::Points& points, double bending,
                                    double evenness) const;
     /// Of the second derivatives, as a step is to make them.
@@ -41,10 +48,19 @@ class SurfaceStiffness {
     [[nodiscard]] double energy(const geom::Points& points, const Stiffness& s) const;
 
   private:
+    FormStiffness(subd::LimitOperator rows, subd::LimitOperator places, const geom::Points& given,
+                  Eigen::VectorXd evenness, bool of_curves);
+    /// Unit normal or tangent of each row.
+    [[nodiscard]] geom::Points directions(const geom::Points& points) const;
+    /// What of a row only moves lines.
+    [[nodiscard]] Eigen::RowVector3d sliding(const Stiffness& s, const Eigen::RowVector3d& row,
+                                             Eigen::Index i) const;
+
     subd::LimitOperator rows_, places_;
     geom::Points given_;
     Eigen::VectorXd evenness_;       // of the rows
     std::vector<double> stiffened_;  // by site: factors that evenness_ has got
+    bool of_curves_;
 };
 
 }  // namespace patchwright::fit
