@@ -55,7 +55,8 @@ struct Projection {
     Eigen::VectorXd extent;
     bool of_curves = false;
 
-    [[nodiscard]] bool folds(Eigen::Index i) const { return extent[i] < thin_share; }
+    [[nodiscard]] bool is_thin(Eigen::Index i) const { return extent[i] < thin_share; }
+    [[nodiscard]] bool folds(Eigen::Index i) const { return extent[i] < 0.0; }
 
     /// Of the distances, as `weights` count them.
     [[nodiscard]] double energy(const SampleWeights& by) const {
@@ -283,18 +284,19 @@ class LevelFitter {
     }
 
     /// Holds sites that fold, or are about to, closer to their given form.
-    /// @return whether they are others than before
+    /// @return whether there are folds that were none
     static bool stiffen_folds(FormStiffness& form, const std::vector<std::int32_t>& rows,
                               const Projection& now, const Projection& next) {
         bool any = false;
         form.stiffen([&](std::size_t site) {
-            bool folds = false;
+            bool thin = false;
             for (auto i = rows[site]; i < rows[site + 1]; ++i) {
-                if (!next.folds(i)) continue;
-                folds = true;
-                any = any || (!now.folds(i) && next.sense.row(i).dot(now.sense.row(i)) < 0.0);
+                thin = thin || next.is_thin(i);
+                // Where only the foot point has changed sides, nothing has folded.
+                any = any || (next.folds(i) && !now.folds(i) &&
+                              next.sense.row(i).dot(now.sense.row(i)) < 0.0);
             }
-            return folds;
+            return thin;
         });
         return any;
     }
