@@ -3,6 +3,8 @@
 #include "fit/assignment.h"
 #include "fit/corner_match.h"
 
+#include <patchwright/geom/curve_ends.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -68,41 +70,13 @@ double dearness(FeatureKind chain, FeatureKind curve) {
     return chain == FeatureKind::Sharp && curve == FeatureKind::Smooth ? of_smooth : infinity;
 }
 
-/// Where the curves of a reference meet: its corners, then the ends that smooth curves have in
-/// common.
-struct Junctions {
-    int count = 0;
-    std::vector<std::array<int, 2>> of_curve;  ///< at its start and end; -1 where it has none
-
-    explicit Junctions(const geom::ReferenceSurface& reference) {
-        const Features& features = reference.features();
-        const double same = 1e-6 * reference.bounds().diagonal();
-        count = static_cast<int>(features.corners.size());
-        std::vector<Vec3> places;
-        for (std::size_t c = 0; c < features.curves.size(); ++c) {
-            const geom::FeatureCurve& curve = features.curves[c];
-            of_curve.push_back({curve.start_corner, curve.end_corner});
-            for (std::size_t k = 0; k < 2 && !curve.closed; ++k) {
-                if (of_curve[c][k] >= 0) continue;
-                const Vec3 end = reference.point_on_curve(int(c), k * curve.length).point;
-                const auto known =
-                    std::find_if(places.begin(), places.end(),
-                                 [&](const Vec3& place) { return (place - end).norm() < same; });
-                of_curve[c][k] = count + static_cast<int>(known - places.begin());
-                if (known == places.end()) places.push_back(end);
-            }
-        }
-        count += static_cast<int>(places.size());
-    }
-};
-
 class ChainMatcher {
   public:
-    ChainMatcher(const geom::ReferenceSurface& reference, const Junctions& junctions,
+    ChainMatcher(const geom::ReferenceSurface& reference, const geom::CurveEnds& curve_ends,
                  FeatureKind kind, double reach)
         : reference_(reference),
           features_(reference.features()),
-          junctions_(junctions),
+          curve_ends_(curve_ends),
           kind_(kind),
           reach_(reach) {}
 
@@ -245,15 +219,15 @@ class ChainMatcher {
     };
 
     /// The pieces of all curves of the kind between corners and these two stops, which are nodes
-    /// 0 and 1; junction j is node j + 2.
+    /// 0 and 1; place p of CurveEnds is node p + 2.
     [[nodiscard]] std::vector<std::vector<Link>> links(const Stop& from, const Stop& to) const {
-        std::vector<std::vector<Link>> result(std::size_t(junctions_.count) + 2);
+        std::vector<std::vector<Link>> result(std::size_t(curve_ends_.count) + 2);
         for (std::size_t c = 0; c < features_.curves.size(); ++c) {
             const geom::FeatureCurve& curve = features_.curves[c];
             const double dear = dearness(kind_, curve.kind);
             if (std::isinf(dear)) continue;
             std::vector<std::pair<double, int>> nodes;
-            const auto [start, end] = junctions_.of_curve[c];
+            const auto [start, end] = curve_ends_.places[c];
             if (start >= 0) nodes.emplace_back(0.0, start + 2);
             if (from.curve == int(c)) nodes.emplace_back(from.arc_length, 0);
             if (to.curve == int(c)) nodes.emplace_back(to.arc_length, 1);
@@ -316,7 +290,7 @@ class ChainMatcher {
 
     const geom::ReferenceSurface& reference_;
     const Features& features_;
-    const Junctions& junctions_;
+    const geom::CurveEnds& curve_ends_;
     FeatureKind kind_;
     double reach_;
 };
@@ -329,7 +303,7 @@ FeatureKind feature_kind(const Chain& chain) {
 /// others, get one each, with the least sum of distances.
 void part_curves(const std::vector<Chain>& chains, const std::vector<std::array<int, 2>>& corners,
                  const std::vector<Polyline>& lines, const geom::ReferenceSurface& reference,
-                 const Junctions& junctions, double reach, std::vector<FeaturePath>& paths) {
+                 const geom::CurveEnds& curve_ends, double reach, std::vector<FeaturePath>& paths) {
     const Features& features = reference.features();
     using Key = std::pair<std::pair<int, int>, FeatureKind>;
     std::map<Key, std::vector<std::size_t>> groups;
@@ -348,7 +322,7 @@ void part_curves(const std::vector<Chain>& chains, const std::vector<std::array<
                 std::pair<int, int>(std::minmax(curve.start_corner, curve.end_corner)) == key.first)
                 curves.push_back(int(c));
         }
-        const ChainMatcher matcher(reference, junctions, key.second, reach);
+        const ChainMatcher matcher(reference, curve_ends, key.second, reach);
         Eigen::MatrixXd cost(Eigen::Index(group.size()), Eigen::Index(curves.size()));
         for (Eigen::Index i = 0; i < cost.rows(); ++i)
             for (Eigen::Index j = 0; j < cost.cols(); ++j)
@@ -411,7 +385,8 @@ FeatureMatch match_features(const mesh::Topology& topology, const Points& points
         chain_ends[chain.vertices.back()].push_back({feature_kind(chain), std::move(line)});
     }
     const auto corners = match_corners(fixed, points, chain_ends, reference, reach);
-    const Junctions junctions(reference);
+    const geom::CurveEnds curve_ends =
+        geom::curve_ends(features, 1e-6 * reference.bounds().diagonal());
     FeatureMatch result;
     std::vector<std::array<int, 2>> chain_corners;
     std::map<VertexId, Vec3> places;
@@ -426,7 +401,7 @@ FeatureMatch match_features(const mesh::Topology& topology, const Points& points
         }
         chain_corners.push_back(end_corners);
         std::array<Stop, 2> stops;
-        result.paths.push_back(ChainMatcher(reference, junctions, feature_kind(chain), reach)
+        result.paths.push_back(ChainMatcher(reference, curve_ends, feature_kind(chain), reach)
                                    .match(lines[i], chain.closed, end_corners, stops));
         for (std::size_t k = 0; k < 2 && !chain.closed; ++k) {
             if (std::find(fixed.begin(), fixed.end(), ends[k]) == fixed.end()) continue;
@@ -436,7 +411,7 @@ FeatureMatch match_features(const mesh::Topology& topology, const Points& points
             places.try_emplace(ends[k], stops[k].point);
         }
     }
-    part_curves(curves.chains, chain_corners, lines, reference, junctions, reach, result.paths);
+    part_curves(curves.chains, chain_corners, lines, reference, curve_ends, reach, result.paths);
     for (const auto& [vertex, corner] : corners) {
         // A corner whose sharp edges belong to nothing is no corner of the reference.
         const auto chain = has_chain.find(vertex);

@@ -1,5 +1,7 @@
 #include "layout/tube.h"
 
+#include "layout/feature_rings.h"
+
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -15,10 +17,10 @@ using geom::Vec3;
 
 namespace {
 
-/// A line in a half plane with the sharp curves that it crosses.
+/// A line in a half plane with the sharp and smooth curves that it crosses.
 struct Line {
     std::vector<Vec3> points;
-    std::vector<Crossing> sharp;
+    std::vector<Crossing> crossed;
     LineEnd start = LineEnd::None, end = LineEnd::None;
 };
 
@@ -73,7 +75,7 @@ class TubeFinder {
         const auto& curves = reference_.features().curves;
         std::map<int, std::vector<int>> crossings;
         for (const Crossing& c : loop.crossings)
-            if (curves[std::size_t(c.curve)].kind == geom::FeatureKind::Sharp)
+            if (curves[std::size_t(c.curve)].kind != geom::FeatureKind::Free)
                 crossings[c.point].push_back(c.curve);
         const int count = int(loop.points.size());
         const auto radius = [&](int i) {
@@ -114,7 +116,7 @@ class TubeFinder {
                 }
             }
             for (const int curve : crossings[i % count])
-                part.sharp.push_back({int(part.points.size()), curve});
+                part.crossed.push_back({int(part.points.size()), curve});
             part.points.push_back(loop.points[std::size_t(i % count)]);
         }
         if (open) parts.push_back(std::move(part));
@@ -137,30 +139,48 @@ class TubeFinder {
         return true;
     }
 
-    /// Which sharp curves run around: those, or chains of those, that every line crosses.
+    /// Which sharp curves run around: those, or chains of those, that every line crosses; of chains
+    /// parts may be smooth.
     bool find_rings() {
         constexpr double short_rel = 0.1;  // of the way around: flaws that no ring is made for
+        const auto& curves = reference_.features().curves;
+        const auto is_sharp = [&](int c) {
+            return curves[std::size_t(c)].kind == geom::FeatureKind::Sharp;
+        };
         std::map<int, int> crossed;
-        for (const Line& line : lines_)
-            for (const Crossing& c : line.sharp) ++crossed[c.curve];
-        const bool even = std::all_of(lines_.begin(), lines_.end(), [&](const Line& line) {
-            return line.sharp.size() == lines_[0].sharp.size();
-        });
+        std::set<int> counts;
         double around = 0.0;
-        for (const Line& line : lines_)
+        for (const Line& line : lines_) {
+            int count = 0;
+            for (const Crossing& c : line.crossed) {
+                if (!is_sharp(c.curve)) continue;
+                ++crossed[c.curve];
+                ++count;
+            }
+            counts.insert(count);
             for (const Vec3& p : line.points)
                 around = std::max(around, 2.0 * std::numbers::pi * distance_from_axis(p));
+        }
         for (const auto& [curve, count] : crossed)
-            if (even || count >= 2 * options_.around) rings_.insert(curve);
+            if (counts.size() == 1 || count >= 2 * options_.around) rings_.insert(curve);
         for (const occ::FeatureSide& f : body_.mesh->features) {
-            const geom::FeatureCurve& curve = reference_.features().curves[std::size_t(f.curve)];
-            if (curve.kind != geom::FeatureKind::Sharp || rings_.contains(f.curve) ||
-                curve.length < short_rel * around ||
+            if (!is_sharp(f.curve) || rings_.contains(f.curve) ||
                 !std::binary_search(mine_.begin(), mine_.end(), f.v0))
                 continue;
-            return refuse("a sharp line does not run around it");
+            const std::vector<int> chain = ring_through(f.curve, reference_);
+            if (std::all_of(lines_.begin(), lines_.end(),
+                            [&](const Line& line) { return crosses_once(line, chain); }))
+                rings_.insert(chain.begin(), chain.end());
+            else if (curves[std::size_t(f.curve)].length >= short_rel * around)
+                return refuse("a sharp line does not run around it");
         }
         return true;
+    }
+
+    static bool crosses_once(const Line& line, const std::vector<int>& chain) {
+        return std::count_if(line.crossed.begin(), line.crossed.end(), [&](const Crossing& c) {
+                   return std::find(chain.begin(), chain.end(), c.curve) != chain.end();
+               }) == 1;
     }
 
     [[nodiscard]] double distance_from_axis(const Vec3& p) const {
@@ -174,7 +194,7 @@ class TubeFinder {
         for (std::size_t k = 0; k < lines_.size(); ++k) {
             Line& line = lines_[k];
             std::vector<int> at;
-            for (const Crossing& c : line.sharp)
+            for (const Crossing& c : line.crossed)
                 if (rings_.contains(c.curve) && (at.empty() || at.back() != c.point))
                     at.push_back(c.point);
             if (line.start == LineEnd::None) close(line, at);

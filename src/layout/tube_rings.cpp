@@ -100,7 +100,12 @@ class TubeRings {
     [[nodiscard]] Vec3 point(const Ring& ring, int k) const {
         const Vec3 p = tube_.lines[std::size_t(k)].at(ring.piece, share_of(ring, k));
         if (ring.feature) {
-            const auto feature = reference_.feature_point(p, *ring.feature);
+            auto feature = reference_.feature_point(p, *ring.feature);
+            if (ring.feature == geom::FeatureKind::Sharp) {
+                // Parts of sharp rings may be smooth.
+                const auto smooth = reference_.feature_point(p, geom::FeatureKind::Smooth);
+                if (smooth && (!feature || smooth->distance < feature->distance)) feature = smooth;
+            }
             return feature ? feature->point : p;
         }
         return reference_.foot_point(p, normal_at(ring, k)).point;

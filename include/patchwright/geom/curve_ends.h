@@ -1,0 +1,20 @@
+// Where feature curves hang together, smooth ones too, which have no corners.
+#pragma once
+
+#include <patchwright/geom/features.h>
+
+#include <array>
+#include <vector>
+
+namespace patchwright::geom {
+
+struct CurveEnds {
+    int count = 0;  ///< places; the first ones are the corners, in their order
+    /// Place of each curve's start and end; -1 for closed curves without a corner.
+    std::vector<std::array<int, 2>> places;
+};
+
+/// @param same_mm  ends that are nearer to each other than this are in one place
+CurveEnds curve_ends(const Features& features, double same_mm);
+
+}  // namespace patchwright::geom
