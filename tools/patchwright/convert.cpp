@@ -13,9 +13,6 @@ namespace patchwright::cli {
 
 namespace {
 
-/// Of the tolerance, for caps at extraordinary vertices; the rest is for the fit.
-constexpr double caps_share = 0.1;
-
 struct ConvertOptions {
     CommonOptions common;
     OutputOptions output;

@@ -131,9 +131,8 @@ mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ModelSurface& 
                         "pass --cage-unit",
                         size_ratio, options.cage_unit));
     }
-    // The rest of the tolerance is for caps, and for what lies between the fit's samples.
     const fit::FitOptions fitting{
-        .tolerance_mm = 0.9 * tolerance,
+        .tolerance_mm = (1.0 - caps_share) * tolerance,
         .refinement = options.refine == "local" ? fit::Refinement::Local : fit::Refinement::Global,
         .max_levels = options.max_levels,
         .max_vertices = options.max_vertices,

@@ -28,6 +28,10 @@ void add_layout_options(CLI::App& command, LayoutOptions& options);
 layout::CageResult make_cage(Run& run, const Input& input, const LayoutOptions& options,
                              double tolerance_rel);
 
+/// Of the tolerance, for caps at extraordinary vertices and for what lies between the fit's
+/// samples; the rest is for the fit.
+inline constexpr double caps_share = 0.05;
+
 /// Options of the subcommands that fit.
 struct FitCommandOptions {
     std::string tolerance = "1e-4rel";

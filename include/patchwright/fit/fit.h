@@ -95,9 +95,11 @@ struct FitResult {
 /// feature corners, where they then end exactly. Steps minimise distances along normals (tangent
 /// distance) and bending; one that makes things worse is not taken. Where points of the reference
 /// stay beyond the tolerance, samples near them are drawn to them; they count in FitLevel::largest.
-/// Crease and boundary control points are solved first, for their own curves, and then held.
-/// Pinned control points do not move. Points at tagged sectors are settled after each level (see subd::control_normals). Missing the
-/// tolerance is an answer: see FitResult::met.
+/// Steps that would fold faces are made again with these held to the form that they have.
+/// Crease and boundary control points are solved first, for their own curves, and then held;
+/// creases follow smooth edges of the reference where no sharp ones are as near.
+/// Pinned control points do not move. Points at tagged sectors are settled after each level (see
+/// subd::control_normals). Missing the tolerance is an answer: see FitResult::met.
 /// @throw InvalidArgument when an option is out of range
 /// @throw Cancelled when the progress callback says so
 FitResult fit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
