@@ -36,7 +36,7 @@ constexpr double slanted = 0.3;
 // Where less than this share of a face's area in the given cage is left, it is about to fold.
 constexpr double thin_share = 0.1;
 // Steps of a level that are made again for that.
-constexpr int most_stiffenings = 10;
+constexpr int most_repeats = 10;
 // Sliding by as much as a face is wide counts as much as missing by this share of the tolerance:
 // enough against what drifts for nothing, too little to keep curves and noses from their place.
 constexpr double slack = 0.1;
@@ -80,15 +80,16 @@ class LevelFitter {
           curves_(curve_sites(topology_)),
           surface_(topology_, {interior_grid(options.samples_per_edge)}, face_sites(topology_),
                    subd::SampleRows::PointsAndTangents),
-          stiffness_(FormStiffness::of_surface(
-              topology_, points_, options.keeps_form ? slack * options.tolerance_mm : 0.0)),
+          stiffness_(FormStiffness::of_surface(topology_, points_, slack * options.tolerance_mm,
+                                               options.keeps_form)),
           curve_stiffness_(FormStiffness::of_curves(topology_, curves_.sites, points_,
                                                     slack * options.tolerance_mm)),
           curve_(topology_, side_sets(options.samples_per_edge), curves_.sites),
           preconditioner_(topology_),
           curve_steps_{.held = std::vector<std::uint8_t>(std::size_t(topology_.vertex_count()))},
           surface_steps_(curve_steps_) {
-        given_areas_ = surface_.normals(points_).rowwise().norm();
+        given_normals_ = surface_.normals(points_);
+        surface_.apply(points_, given_limit_);
         curve_.apply(points_, given_curves_);
         match_ =
             match_features(topology_, points_, curves_, given_curves_, options.samples_per_edge,
@@ -217,7 +218,7 @@ class LevelFitter {
         double sliding = 0.3;
         int idle = 0;
         double least = now.energy(now.weights);
-        int stiffenings = 0;
+        int repeats = 0;
         for (int round = 0; round < rounds; ++round) {
             base::report_progress(options_.progress, "fit", double(round) / rounds);
             if (now.distances.max < enough * options_.tolerance_mm) return;
@@ -243,20 +244,8 @@ class LevelFitter {
             level_.solves_by_length += solution.stop == CglsStop::LeastChange ? 1 : 0;
             level_.solves_by_steps += solution.stop == CglsStop::MaxIterations ? 1 : 0;
             ++level_.projections;
-            const bool folds = stiffen_folds(form, samples.site_rows(), now, next);
-            if (getenv("DBG")) {
-                int a = 0, b = 0;
-                for (Eigen::Index i = 0; i < next.extent.size(); ++i) {
-                    a += now.folds(i);
-                    b += next.folds(i);
-                }
-                fprintf(stderr,
-                        "curve %d round %d folds %d -> %d new %d sliding %g damping %g max %g "
-                        "energy %g -> %g\n",
-                        int(now.of_curves), round, a, b, int(folds), sliding, damping,
-                        next.distances.max, now.energy(now.weights), next.energy(now.weights));
-            }
-            if (folds && stiffenings++ < most_stiffenings) continue;
+            const bool folds = hold_folds(form, samples.site_rows(), now, next);
+            if (folds && repeats++ < most_repeats) continue;
             const double was = now.energy(now.weights), is = next.energy(now.weights);
             const double before = was + form.energy(points_, stiff);
             const double after = is + form.energy(candidate, stiff);
@@ -284,21 +273,33 @@ class LevelFitter {
     }
 
     /// Holds sites that fold, or are about to, closer to their given form.
-    /// @return whether there are folds that were none
-    static bool stiffen_folds(FormStiffness& form, const std::vector<std::int32_t>& rows,
-                              const Projection& now, const Projection& next) {
-        bool any = false;
-        form.stiffen([&](std::size_t site) {
+    /// @return whether there are more folds than before
+    bool hold_folds(FormStiffness& form, const std::vector<std::int32_t>& rows,
+                    const Projection& now, const Projection& next) const {
+        std::int64_t more = 0;
+        const double miss = now.distances.rms() / (slack * options_.tolerance_mm);
+        for (std::size_t site = 0; site + 1 < rows.size(); ++site) {
             bool thin = false;
             for (auto i = rows[site]; i < rows[site + 1]; ++i) {
                 thin = thin || next.is_thin(i);
+                if (next.folds(i) == now.folds(i)) continue;
                 // Where only the foot point has changed sides, nothing has folded.
-                any = any || (next.folds(i) && !now.folds(i) &&
-                              next.sense.row(i).dot(now.sense.row(i)) < 0.0);
+                if (next.sense.row(i).dot(now.sense.row(i)) < 0.0) more += next.folds(i) ? 1 : -1;
             }
-            return thin;
-        });
-        return any;
+            if (thin && (now.of_curves || !folded_when_given(rows[site], rows[site + 1])))
+                form.hold(site, miss);
+        }
+        return more > 0;
+    }
+
+    /// Whether the form of a face is one to leave.
+    [[nodiscard]] bool folded_when_given(std::int32_t first, std::int32_t end) const {
+        for (auto i = first; i < end; ++i) {
+            const Vec3 normal = given_normals_.row(i).transpose();
+            const Vec3 at = given_limit_.row(i).transpose();
+            if (normal.dot(reference_.foot_point(at).normal) < 0.0) return true;
+        }
+        return false;
     }
 
     [[nodiscard]] Projection project_curves(const Points& points) const {
@@ -343,7 +344,7 @@ class LevelFitter {
                     const geom::FootPoint foot =
                         foot_on_side(reference_, p.limit.row(i).transpose(), side, side_reach_);
                     p.target.row(i) = foot.point.transpose();
-                    p.extent[i] = p.sense.row(i).dot(foot.normal) / given_areas_[i];
+                    p.extent[i] = p.sense.row(i).dot(foot.normal) / given_normals_.row(i).norm();
                     set_direction(p, i, foot.normal, true);
                     p.weights.weight[i] = trust(p, last, i, side ? foot.normal.dot(*side) : 1.0);
                 }
@@ -403,8 +404,8 @@ class LevelFitter {
     CurveSampling curves_;
     subd::LimitOperator surface_;
     FormStiffness stiffness_, curve_stiffness_;
-    Points given_curves_;          // of the samples of curve_
-    Eigen::VectorXd given_areas_;  // of the samples of surface_
+    Points given_curves_;                 // of the samples of curve_
+    Points given_limit_, given_normals_;  // of the samples of surface_
     subd::LimitOperator curve_;
     MeshPreconditioner preconditioner_;
     FeatureMatch match_;

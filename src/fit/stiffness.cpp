@@ -17,7 +17,7 @@ using mesh::Topology;
 
 namespace {
 
-// What slides where the surface is about to fold counts so much more than before, and at most so
+// What slides where something is about to fold counts so much more than before, and at most so
 // much in all.
 constexpr double stiffer = 10.0, stiffest = 1e4;
 
@@ -77,22 +77,26 @@ std::vector<subd::ParameterSet> side_ends() {
 }  // namespace
 
 FormStiffness::FormStiffness(subd::LimitOperator rows, subd::LimitOperator places,
-                             const Points& given, Eigen::VectorXd evenness, bool of_curves)
+                             const Points& given, Eigen::VectorXd evenness, bool keeps_form,
+                             bool of_curves)
     : rows_(std::move(rows)),
       places_(std::move(places)),
       evenness_(std::move(evenness)),
-      stiffened_(rows_.site_rows().size() - 1, 1.0),
+      factors_(rows_.site_rows().size() - 1, keeps_form ? 1.0 : 0.0),
       of_curves_(of_curves) {
     rows_.apply(given, given_);
 }
 
-FormStiffness FormStiffness::of_surface(const Topology& topology, const Points& given,
-                                        double slack) {
+FormStiffness FormStiffness::of_surface(const Topology& topology, const Points& given, double slack,
+                                        bool keeps_form) {
     const auto sites = face_sites(topology);
     return {subd::LimitOperator(topology, {interior_grid(2)}, sites, subd::SampleRows::Bending),
             subd::LimitOperator(topology, {interior_grid(2)}, sites,
                                 subd::SampleRows::PointsAndTangents),
-            given, evenness_of(topology, given, slack), false};
+            given,
+            evenness_of(topology, given, slack),
+            keeps_form,
+            false};
 }
 
 FormStiffness FormStiffness::of_curves(const Topology& topology,
@@ -101,19 +105,13 @@ FormStiffness FormStiffness::of_curves(const Topology& topology,
     subd::LimitOperator rows(topology, side_sets(2), sites, subd::SampleRows::Bending);
     subd::LimitOperator places(topology, side_ends(), sites);
     Eigen::VectorXd evenness = evenness_of(sites, rows.site_rows(), places, given, slack);
-    return {std::move(rows), std::move(places), given, std::move(evenness), true};
+    return {std::move(rows), std::move(places), given, std::move(evenness), true, true};
 }
 
-bool FormStiffness::stiffen(const std::function<bool(std::size_t)>& folds) {
-    bool any = false;
-    const auto& rows = rows_.site_rows();
-    for (std::size_t site = 0; site + 1 < rows.size(); ++site) {
-        if (stiffened_[site] >= stiffest || !folds(site)) continue;
-        stiffened_[site] *= stiffer;
-        evenness_.segment(rows[site], rows[site + 1] - rows[site]) *= stiffer;
-        any = true;
-    }
-    return any;
+void FormStiffness::hold(std::size_t site, double miss) {
+    const double least = std::max(1.0, miss * miss);
+    double& factor = factors_[site];
+    factor = std::max(factor, std::min(std::max(stiffer * factor, least), stiffest * least));
 }
 
 Points FormStiffness::directions(const Points& points) const {
@@ -143,6 +141,9 @@ Points FormStiffness::directions(const Points& points) const {
 
 Stiffness FormStiffness::around(const Points& points, double bending, double evenness) const {
     Stiffness s{.bending = of_curves_ ? 0.0 : bending, .evenness = evenness * evenness_};
+    const auto& rows = rows_.site_rows();
+    for (std::size_t site = 0; site < factors_.size(); ++site)
+        s.evenness.segment(rows[site], rows[site + 1] - rows[site]) *= factors_[site];
     s.rows.direction = directions(points);
     if (of_curves_) {
         s.rows.weight = s.evenness.cwiseSqrt();

@@ -6,7 +6,6 @@
 
 #include <patchwright/mesh/topology.h>
 
-#include <functional>
 #include <vector>
 
 namespace patchwright::fit {
@@ -26,9 +25,10 @@ class FormStiffness {
     /// @param given  control points whose lines are to be kept
     /// @param slack  sliding by as much as a face is wide, or a side long, counts as much as
     /// missing
-    ///               by this; 0: all may slide
+    ///               by this
+    /// @param keeps_form  false: all may slide but what hold() is called for
     static FormStiffness of_surface(const mesh::Topology& topology, const geom::Points& given,
-                                    double slack);
+                                    double slack, bool keeps_form);
     /// Along curves only: what is across them counts nothing.
     /// @param sites  sides, see CurveSampling
     static FormStiffness of_curves(const mesh::Topology& topology,
@@ -36,9 +36,9 @@ class FormStiffness {
                                    double slack);
 
     [[nodiscard]] const subd::LimitOperator& rows() const { return rows_; }
-    /// Holds sites (fit::face_sites, or sides) that are about to fold closer to their given form.
-    /// Whether there were any that could be.
-    bool stiffen(const std::function<bool(std::size_t site)>& folds);
+    /// Holds a site (of fit::face_sites, or a side) that is about to fold closer to its given form.
+    /// @param miss  by how many times the slack the fit misses now: sliding is to count as much
+    void hold(std::size_t site, double miss);
 
     /// Around the normals, or along the tangents, that there are now.
     [[nodiscard]] Stiffness around(const geom::Points& points, double bending,
@@ -49,7 +49,7 @@ class FormStiffness {
 
   private:
     FormStiffness(subd::LimitOperator rows, subd::LimitOperator places, const geom::Points& given,
-                  Eigen::VectorXd evenness, bool of_curves);
+                  Eigen::VectorXd evenness, bool keeps_form, bool of_curves);
     /// Unit normal or tangent of each row.
     [[nodiscard]] geom::Points directions(const geom::Points& points) const;
     /// What of a row only moves lines.
@@ -58,8 +58,8 @@ class FormStiffness {
 
     subd::LimitOperator rows_, places_;
     geom::Points given_;
-    Eigen::VectorXd evenness_;       // of the rows
-    std::vector<double> stiffened_;  // by site: factors that evenness_ has got
+    Eigen::VectorXd evenness_;     // of the rows
+    std::vector<double> factors_;  // of the sites' evenness
     bool of_curves_;
 };
 

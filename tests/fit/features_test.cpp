@@ -53,6 +53,27 @@ class Plate final : public geom::ReferenceSurface {
     geom::Features features_;
 };
 
+/// A cube whose upper rim is sharp along x and fades along y: smooth there, on one side in two
+/// curves that meet without a corner. All other edges are smooth, too.
+class FadedRim final : public test::Box {
+  public:
+    FadedRim() {
+        for (geom::FeatureCurve& c : features_.curves)
+            if (!is_upper(c) || c.start.x() == c.end.x()) c.kind = geom::FeatureKind::Smooth;
+        for (std::size_t i = 0; i < features_.curves.size(); ++i) {
+            geom::FeatureCurve& c = features_.curves[i];
+            if (!is_upper(c) || c.start.x() < 1.0 || c.end.x() < 1.0) continue;
+            geom::FeatureCurve rest = c;
+            c.end = rest.start = 0.5 * (c.start + c.end);
+            c.end_corner = rest.start_corner = -1;
+            c.length = rest.length = 0.5 * c.length;
+            features_.curves.push_back(rest);
+            break;
+        }
+    }
+    static bool is_upper(const geom::FeatureCurve& c) { return c.start.z() > 0 && c.end.z() > 0; }
+};
+
 /// Two flat squares side by side that touch along x = 0 but do not hang together: their corners
 /// there are in the same place.
 class Slit final : public test::StraightEdged {
@@ -240,4 +261,19 @@ TEST_CASE("sharp edges that are far from every feature are fitted like the surfa
     int without = 0;
     for (const auto& path : found.paths) without += path.empty() ? 1 : 0;
     CHECK(without == 1);
+}
+
+TEST_CASE("a crease goes on along smooth edges where sharp ones fade", "[fit][features]") {
+    mesh::TopologyInput rim;
+    for (const auto& [a, b] : {std::pair(4, 5), {5, 7}, {7, 6}, {6, 4}})
+        rim.creases.push_back({a, b, mesh::infinite_sharpness});
+    const FadedRim reference;
+    // The limit curve of four points is a circle of radius 0.94 within the rim.
+    mesh::Cage cage = test::cube(2.0, rim);
+    const auto found = match(cage, reference);
+    REQUIRE(found.paths.size() == 1);
+    CHECK(found.paths[0].size() >= 5);  // one more where it begins within a curve
+    CHECK(length(found.paths[0]) == Approx(8.0));
+    for (const auto& piece : found.paths[0])
+        CHECK(FadedRim::is_upper(reference.features().curves[std::size_t(piece.curve)]));
 }

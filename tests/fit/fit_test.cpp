@@ -9,8 +9,10 @@
 
 #include <catch2/catch.hpp>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 
 using namespace patchwright;
@@ -133,6 +135,45 @@ TEST_CASE("an open cage's boundary goes to the free edge", "[fit][oracle]") {
         if (t.is_boundary(v))
             CHECK(std::abs(subd::limit_position(result.cage, v).norm() - 1.0) < 1e-3);
     }
+}
+
+TEST_CASE("lines that are close in the given cage neither change places nor fold faces",
+          "[fit][oracle]") {
+    // A rim of uniform cubic pieces is nearest to a circle with even lines: these would overtake.
+    constexpr std::array<double, 9> degrees{0, 20, 41, 44, 46, 49, 70, 90, 135};
+    std::vector<double> angles;
+    for (const double turn : {0.0, 180.0})
+        for (const double d : degrees) angles.push_back((turn + d) * M_PI / 180.0);
+    const int n = int(angles.size());
+    std::vector<Vec3> points;
+    for (const double radius : {1.0, 0.75, 0.5})
+        for (const double a : angles)
+            points.emplace_back(radius * std::cos(a), radius * std::sin(a), 0.02);
+    std::vector<std::vector<int>> faces(1);
+    for (int k = 0; k < n; ++k) {
+        for (int ring = 0; ring < 2; ++ring) {
+            const int a = ring * n + k, b = ring * n + (k + 1) % n;
+            faces.push_back({a, b, b + n, a + n});
+        }
+        faces[0].push_back(2 * n + k);
+    }
+    const auto result = fit::fit(test::make_cage(points, faces), test::Disc(),
+                                 {.tolerance_mm = 1e-5, .max_levels = 1});
+    const mesh::Cage& cage = result.cage;
+    const subd::LimitEvaluator evaluator(cage.topology);
+    int folded = 0;
+    for (const mesh::FaceId f : cage.topology->faces()) {
+        if (cage.topology->size(f) != 4) continue;
+        for (int i = 0; i < 8; ++i) {
+            for (int j = 0; j < 8; ++j) {
+                const auto at =
+                    evaluator.evaluate(cage.points, {f, (i + 0.5) / 8, (j + 0.5) / 8}, 1);
+                if (!(at.du.cross(at.dv).z() > 0.0)) ++folded;
+            }
+        }
+    }
+    CHECK(folded == 0);
+    CHECK(result.levels.back().curve_max_mm < 1e-3);
 }
 
 TEST_CASE("an open cage that faces the other way is fitted as well as one that does not",

@@ -104,7 +104,7 @@ class StraightEdged : public geom::ReferenceSurface {
 
 /// A box around the origin with its 12 sharp edges and 8 corners. Corner i is at (i & 1, i >> 1 &
 /// 1, i >> 2) * 2 - 1, times the half sizes.
-class Box final : public StraightEdged {
+class Box : public StraightEdged {
   public:
     explicit Box(const geom::Vec3& half = geom::Vec3::Ones()) : half_(half) {
         features_.corners.resize(8);
