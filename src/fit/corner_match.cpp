@@ -16,16 +16,6 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-Vec3 point_along(const Polyline& line, double share) {
-    double left = share * length_of(line);
-    for (std::size_t i = 1; i < line.size(); ++i) {
-        const double step = (line[i] - line[i - 1]).norm();
-        if (left <= step && step > 0.0) return line[i - 1] + left / step * (line[i] - line[i - 1]);
-        left -= step;
-    }
-    return line.back();
-}
-
 /// How far chains that are moved with their end to a corner of the reference go astray from the
 /// curves that end there: mean square over their first parts.
 double straying(const std::vector<ChainEnd>& ends, const Vec3& at, int corner,
@@ -61,12 +51,6 @@ std::vector<char> crowded_corners(const Features& features, double near) {
 }
 
 }  // namespace
-
-double length_of(const Polyline& line) {
-    double length = 0.0;
-    for (std::size_t i = 1; i < line.size(); ++i) length += (line[i] - line[i - 1]).norm();
-    return length;
-}
 
 std::map<VertexId, int> match_corners(const std::vector<VertexId>& vertices, const Points& points,
                                       const ChainEnds& chains,

@@ -1,6 +1,8 @@
 // Which corners of the reference the corners of a cage belong to.
 #pragma once
 
+#include "fit/polyline.h"
+
 #include <patchwright/geom/reference_surface.h>
 #include <patchwright/mesh/topology.h>
 
@@ -8,10 +10,6 @@
 #include <vector>
 
 namespace patchwright::fit {
-
-using Polyline = std::vector<geom::Vec3>;
-
-double length_of(const Polyline& line);
 
 /// The end of a chain of sharp edges at a vertex, as points from there on.
 struct ChainEnd {

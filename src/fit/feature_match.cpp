@@ -26,29 +26,6 @@ using mesh::VertexId;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr int piece_samples = 16;
 
-/// Not more than a few points, the first and the last among them.
-Polyline thinned(const Polyline& line) {
-    constexpr std::size_t most = 128;
-    if (line.size() <= most) return line;
-    Polyline result;
-    for (std::size_t i = 0; i < most; ++i) {
-        result.push_back(line[i * (line.size() - 1) / (most - 1)]);
-    }
-    return result;
-}
-
-double distance_to(const Polyline& line, const Vec3& q) {
-    double best = infinity;
-    for (std::size_t i = 1; i < line.size(); ++i) {
-        const Vec3 along = line[i] - line[i - 1];
-        const double square = along.squaredNorm();
-        const double t =
-            square > 0.0 ? std::clamp((q - line[i - 1]).dot(along) / square, 0.0, 1.0) : 0.0;
-        best = std::min(best, (line[i - 1] + t * along - q).norm());
-    }
-    return best;
-}
-
 /// A place where paths begin or end: a corner of the reference or a point of one of its curves.
 struct Stop {
     int corner = -1;
@@ -130,24 +107,6 @@ class ChainMatcher {
             before = p;
             p += (1.0 - passed / whole) * first + passed / whole * last;
         }
-    }
-
-    /// The part of a line between two shares of its length.
-    static Polyline part_of(const Polyline& line, double from, double to) {
-        const double whole = length_of(line);
-        Polyline part;
-        double passed = 0.0;
-        for (std::size_t i = 1; i < line.size(); ++i) {
-            const Vec3 along = line[i] - line[i - 1];
-            const double step = along.norm();
-            const double first = std::clamp((from * whole - passed) / step, 0.0, 1.0);
-            const double last = std::clamp((to * whole - passed) / step, 0.0, 1.0);
-            passed += step;
-            if (!(step > 0.0) || !(last > first)) continue;
-            if (part.empty()) part.emplace_back(line[i - 1] + first * along);
-            part.emplace_back(line[i - 1] + last * along);
-        }
-        return part.empty() ? Polyline{line.front(), line.back()} : part;
     }
 
     [[nodiscard]] std::optional<Stop> nearest_stop(const Vec3& q) const {

@@ -1,6 +1,7 @@
 #include "fit/level_fit.h"
 
 #include "fit/coverage.h"
+#include "fit/projection.h"
 #include "fit/sampling.h"
 #include "fit/step_operator.h"
 #include "fit/stiffness.h"
@@ -33,8 +34,6 @@ constexpr double enough = 0.4;
 // A foot point that is farther from its normal than this is on a border or an edge: the residual
 // then counts in all directions.
 constexpr double slanted = 0.3;
-// Where less than this share of a face's area in the given cage is left, it is about to fold.
-constexpr double thin_share = 0.1;
 // Steps of a level that are made again for that.
 constexpr int most_repeats = 10;
 // Sliding by as much as a face is wide counts as much as missing by this share of the tolerance:
@@ -42,27 +41,6 @@ constexpr int most_repeats = 10;
 constexpr double slack = 0.1;
 // Weight of samples whose foot point is not to be believed.
 constexpr double least_trust = 0.1;
-
-/// Limit points of a control mesh, where they should be, and how their residuals count.
-struct Projection {
-    Points limit, target;
-    SampleWeights weights;
-    Distances distances;
-    /// Of faces du x dv, of curves the way from the sample before to the next one.
-    Points sense;
-    /// How much of that there is along the normal of the foot point, or along the given curve, of
-    /// what there was.
-    Eigen::VectorXd extent;
-    bool of_curves = false;
-
-    [[nodiscard]] bool is_thin(Eigen::Index i) const { return extent[i] < thin_share; }
-    [[nodiscard]] bool folds(Eigen::Index i) const { return extent[i] < 0.0; }
-
-    /// Of the distances, as `weights` count them.
-    [[nodiscard]] double energy(const SampleWeights& by) const {
-        return (limit - target).rowwise().squaredNorm().dot(by.weight.cwiseAbs2());
-    }
-};
 
 class LevelFitter {
   public:
@@ -82,8 +60,7 @@ class LevelFitter {
                    subd::SampleRows::PointsAndTangents),
           stiffness_(FormStiffness::of_surface(topology_, points_, slack * options.tolerance_mm,
                                                options.keeps_form)),
-          curve_stiffness_(FormStiffness::of_curves(topology_, curves_.sites, points_,
-                                                    slack * options.tolerance_mm)),
+          curve_stiffness_(FormStiffness::of_curves(topology_, curves_.sites, points_, slack_mm())),
           curve_(topology_, side_sets(options.samples_per_edge), curves_.sites),
           preconditioner_(topology_),
           curve_steps_{.held = std::vector<std::uint8_t>(std::size_t(topology_.vertex_count()))},
@@ -162,6 +139,8 @@ class LevelFitter {
             p.weights.weight[i] = 1.0;
         }
     }
+
+    [[nodiscard]] double slack_mm() const { return slack * options_.tolerance_mm; }
 
     void hold_vertices() {
         std::vector<int> sharp_edges(curve_steps_.held.size(), 0);
@@ -244,7 +223,10 @@ class LevelFitter {
             level_.solves_by_length += solution.stop == CglsStop::LeastChange ? 1 : 0;
             level_.solves_by_steps += solution.stop == CglsStop::MaxIterations ? 1 : 0;
             ++level_.projections;
-            const bool folds = hold_folds(form, samples.site_rows(), now, next);
+            const bool folds = hold_folds(
+                form, samples.site_rows(), now, next, slack_mm(), [&](auto first, auto end) {
+                    return now.of_curves || !folded_when_given(first, end);
+                });
             if (folds && repeats++ < most_repeats) continue;
             const double was = now.energy(now.weights), is = next.energy(now.weights);
             const double before = was + form.energy(points_, stiff);
@@ -270,26 +252,6 @@ class LevelFitter {
             if (idle == 2) return;
             fairness *= 0.2;
         }
-    }
-
-    /// Holds sites that fold, or are about to, closer to their given form.
-    /// @return whether there are more folds than before
-    bool hold_folds(FormStiffness& form, const std::vector<std::int32_t>& rows,
-                    const Projection& now, const Projection& next) const {
-        std::int64_t more = 0;
-        const double miss = now.distances.rms() / (slack * options_.tolerance_mm);
-        for (std::size_t site = 0; site + 1 < rows.size(); ++site) {
-            bool thin = false;
-            for (auto i = rows[site]; i < rows[site + 1]; ++i) {
-                thin = thin || next.is_thin(i);
-                if (next.folds(i) == now.folds(i)) continue;
-                // Where only the foot point has changed sides, nothing has folded.
-                if (next.sense.row(i).dot(now.sense.row(i)) < 0.0) more += next.folds(i) ? 1 : -1;
-            }
-            if (thin && (now.of_curves || !folded_when_given(rows[site], rows[site + 1])))
-                form.hold(site, miss);
-        }
-        return more > 0;
     }
 
     /// Whether the form of a face is one to leave.
@@ -384,13 +346,6 @@ class LevelFitter {
             along ? std::sqrt(std::max(0.0, length * length - cosine * cosine)) : cosine;
         if (off > slanted * length && length > 0.1 * options_.tolerance_mm) return;
         p.weights.direction.row(row) = direction.transpose();
-    }
-
-    [[nodiscard]] static Projection finished(Projection p) {
-        for (Eigen::Index i = 0; i < p.limit.rows(); ++i) {
-            p.distances.add((p.limit.row(i) - p.target.row(i)).norm());
-        }
-        return p;
     }
 
     std::shared_ptr<const Topology> topology_shared_;
