@@ -186,17 +186,16 @@ FaceSurface::Rectangle FaceSurface::cell_of(const Vec2& uv) const {
     return cell;
 }
 
-[[gnu::flatten]] FaceSurface::Step FaceSurface::step(const Derivatives& d, const Vec3& r,
-                                                     const Vec2& uv, const Rectangle& cell) const {
-    const Vec2 g(r.dot(d.u), r.dot(d.v));
-    const double e = d.u.squaredNorm(), f = d.u.dot(d.v), h = d.v.squaredNorm();
-    double a = e + r.dot(d.uu), b = f + r.dot(d.uv), c = h + r.dot(d.vv);
-    const bool newton = a > 1e-9 * e && c > 1e-9 * h && a * c - b * b > 1e-9 * a * c;
+[[gnu::flatten]] FaceSurface::Step FaceSurface::step(const DistanceTerms& d, const Vec2& uv,
+                                                     const Rectangle& cell) {
+    const Vec2 g(d.ru, d.rv);
+    double a = d.uu + d.r_uu, b = d.uv + d.r_uv, c = d.vv + d.r_vv;
+    const bool newton = a > 1e-9 * d.uu && c > 1e-9 * d.vv && a * c - b * b > 1e-9 * a * c;
     if (!newton) {
         // Gauss-Newton, kept regular where the surface is degenerate.
-        a = e * (1 + 1e-9) + 1e-30;
-        b = f * (1 - 1e-9);
-        c = h * (1 + 1e-9) + 1e-30;
+        a = d.uu * (1 + 1e-9) + 1e-30;
+        b = d.uv * (1 - 1e-9);
+        c = d.vv * (1 + 1e-9) + 1e-30;
     }
     const Eigen::Matrix2d hessian{{a, b}, {b, c}};
     return {box_minimum(hessian, g, cell.low - uv, cell.high - uv), newton};
@@ -211,61 +210,52 @@ FaceSurface::Foot FaceSurface::descend_in(const Rectangle& cell, const Vec3& que
     const double final_step = square(1e-8 * size_), none = square(1e-13 * size_);
     const double negligible = square(1e-12 * size_);
     Vec2 uv = start.uv.cwiseMax(cell.low).cwiseMin(cell.high);
-    std::array<Derivatives, 2> memory{derivatives(uv), {}};
-    std::size_t current = 0;
-    Vec3 r = memory[0].p - query;
+    DistanceTerms d = evaluator_->distance_terms(uv, query);
+    SurfaceTangents end;
+    bool arrived = false;
     double last_length = 0.0;  // of a whole step of Newton's, else 0
     for (int i = 0; i < max_steps; ++i) {
-        Derivatives &d = memory[current], &next = memory[1 - current];
-        const Step s = step(d, r, uv, cell);
-        const double length = (d.u * s.delta[0] + d.v * s.delta[1]).squaredNorm();
+        const Step s = step(d, uv, cell);
+        const double length = d.squared_length(s.delta);
         if (!(length > none)) break;
         for (const Vec2& foot : known) {
             const Vec2 from = uv - foot, to = from + s.delta;
-            const double now = (d.u * from[0] + d.v * from[1]).squaredNorm();
-            const double then = (d.u * to[0] + d.v * to[1]).squaredNorm();
+            const double now = d.squared_length(from), then = d.squared_length(to);
             if (s.newton && length < square(4.0 * start.stride) &&
                 (then < square(0.2) * now || now < square(1e-6 * size_)) && cell == cell_of(foot))
-                return {foot, d.p, Vec3::Zero(), r.norm(), {0, 0}, true};
+                return {foot, Vec3::Zero(), Vec3::Zero(), std::sqrt(d.rr), {0, 0}, true};
         }
         // Newton's own step is trusted somewhat farther than that of Gauss and Newton.
         const double farthest = s.newton ? 2.0 * start.stride : start.stride;
         double fraction = length > square(farthest) ? farthest / std::sqrt(length) : 1.0;
-        const double before = r.squaredNorm();
         // Newton's last step gains less than rounding shows.
         const bool last = s.newton && length < final_step;
-        const auto is_better = [&](const Vec3& at) {
-            return last || (at - query).squaredNorm() <= before;
-        };
+        const auto is_better = [&](double squared) { return last || squared <= d.rr; };
         // Steps shrink with their square: what the next one would be follows from the last two.
         // When that is nothing, tangents are all that is asked for where this one ends.
         const bool arrives =
             s.newton && fraction == 1.0 &&
             (last || length * length * length < negligible * last_length * last_length);
         if (arrives) {
-            const SurfaceTangents end = evaluator_->tangents(uv + s.delta);
-            if (is_better(end.p)) {
+            end = evaluator_->tangents(uv + s.delta);
+            arrived = is_better((end.p - query).squaredNorm());
+            if (arrived) {
                 uv += s.delta;
-                d.p = end.p;
-                d.u = end.u;
-                d.v = end.v;
-                r = d.p - query;
                 break;
             }
         }
-        next = derivatives(uv + fraction * s.delta);
-        for (int k = 1; k < max_halvings && !is_better(next.p); ++k) {
+        DistanceTerms next = evaluator_->distance_terms(uv + fraction * s.delta, query);
+        for (int k = 1; k < max_halvings && !is_better(next.rr); ++k) {
             fraction *= 0.5;
-            next = derivatives(uv + fraction * s.delta);
+            next = evaluator_->distance_terms(uv + fraction * s.delta, query);
         }
-        if (!is_better(next.p)) break;
+        if (!is_better(next.rr)) break;
         uv += fraction * s.delta;
-        current = 1 - current;
-        r = next.p - query;
+        d = next;
         last_length = s.newton && fraction == 1.0 ? length : 0.0;
     }
-    const Derivatives& d = memory[current];
-    Foot foot{uv, d.p, normal_of(d.u, d.v, uv), r.norm(), {0, 0}, false};
+    if (!arrived) end = evaluator_->tangents(uv);
+    Foot foot{uv, end.p, normal_of(end.u, end.v, uv), (end.p - query).norm(), {0, 0}, false};
     for (std::size_t i = 0; i < 2; ++i) {
         const auto k = Eigen::Index(i);
         const double near = 1e-10 * (high_[k] - low_[k]);

@@ -23,11 +23,12 @@ class FaceSurface {
     struct Foot {
         Vec2 uv = Vec2::Zero();
         geom::Vec3 point = geom::Vec3::Zero();
-        geom::Vec3 normal = geom::Vec3::Zero();  ///< as `normal(uv)`; none where merged
+        geom::Vec3 normal = geom::Vec3::Zero();  ///< as `normal(uv)`
         double distance = 0.0;
         /// Where the descent was held by the rectangle (u, v): -1 low end, 1 high end, 0 neither.
         std::array<int, 2> held{0, 0};
-        bool merged = false;  ///< given up on the way to a foot that is known already
+        /// Given up on the way to a foot that is known already: point and normal are none.
+        bool merged = false;
     };
 
     /// @param size  length that tolerances are relative to: the model's diagonal
@@ -110,8 +111,7 @@ class FaceSurface {
                                        const Vec2& uv) const;
     [[nodiscard]] geom::Vec3 limit_normal(const Vec2& uv, bool flat_u, bool flat_v) const;
     [[nodiscard]] Rectangle cell_of(const Vec2& uv) const;
-    [[nodiscard]] Step step(const Derivatives& d, const geom::Vec3& r, const Vec2& uv,
-                            const Rectangle& cell) const;
+    [[nodiscard]] static Step step(const DistanceTerms& d, const Vec2& uv, const Rectangle& cell);
     [[nodiscard]] Foot descend_in(const Rectangle& cell, const geom::Vec3& query,
                                   const Start& start, const std::vector<Vec2>& known) const;
 

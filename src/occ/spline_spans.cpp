@@ -124,6 +124,15 @@ class SplineSpans final : public SurfaceEvaluator {
             second_order(a, b, d);
         return d;
     }
+    DistanceTerms distance_terms(const Vec2& uv, const Vec3& query) const override {
+        const Axis::Place a = u_.find(uv[0]), b = v_.find(uv[1]);
+        DistanceTerms d;
+        if (has_fused_multiply_add)
+            distance_terms_fused(a, b, query, d);
+        else
+            distance_terms(a, b, query, d);
+        return d;
+    }
     SurfaceTangents tangents(const Vec2& uv) const override {
         const Axis::Place a = u_.find(uv[0]), b = v_.find(uv[1]);
         SurfaceTangents d;
@@ -149,10 +158,18 @@ class SplineSpans final : public SurfaceEvaluator {
     }
 
   private:
+    // Four doubles in one register, or in two: GCC's and Clang's vectors. Never passed by value, as
+    // that depends on the processor.
+    using Quad [[gnu::vector_size(4 * sizeof(double))]] = double;
+
     // The same code for two kinds of processor.
     PATCHWRIGHT_FUSED void second_order_fused(const Axis::Place& a, const Axis::Place& b,
                                               SurfaceDerivatives& d) const {
         second_order(a, b, d);
+    }
+    PATCHWRIGHT_FUSED void distance_terms_fused(const Axis::Place& a, const Axis::Place& b,
+                                                const Vec3& query, DistanceTerms& d) const {
+        distance_terms(a, b, query, d);
     }
     PATCHWRIGHT_FUSED void first_order_fused(const Axis::Place& a, const Axis::Place& b,
                                              SurfaceTangents& d) const {
@@ -161,9 +178,55 @@ class SplineSpans final : public SurfaceEvaluator {
 
     [[gnu::always_inline]] void second_order(const Axis::Place& a, const Axis::Place& b,
                                              SurfaceDerivatives& d) const {
+        Quad s, su, sv, suu, suv, svv;
+        second_order(a, b, s, su, sv, suu, suv, svv);
+        store(s, d.p);
+        store(su, d.u);
+        store(sv, d.v);
+        store(suu, d.uu);
+        store(suv, d.uv);
+        store(svv, d.vv);
+    }
+
+    [[gnu::always_inline]] void distance_terms(const Axis::Place& a, const Axis::Place& b,
+                                               const Vec3& query, DistanceTerms& d) const {
+        Quad s, su, sv, suu, suv, svv;
+        second_order(a, b, s, su, sv, suu, suv, svv);
+        const Quad r = s - Quad{query[0], query[1], query[2], s[3]};
+        su[3] = sv[3] = 0.0;  // r[3] is 0: the others' last places do not matter
+        Quad first, second;
+        dot(r, r, r, su, r, sv, su, su, first);
+        dot(su, sv, sv, sv, r, suu, r, suv, second);
+        d.rr = first[0];
+        d.ru = first[1];
+        d.rv = first[2];
+        d.uu = first[3];
+        d.uv = second[0];
+        d.vv = second[1];
+        d.r_uu = second[2];
+        d.r_uv = second[3];
+        const Quad last = r * svv;
+        d.r_vv = (last[0] + last[1]) + last[2];
+    }
+    /// Four scalar products at once.
+    [[gnu::always_inline]] static void dot(const Quad& a, const Quad& b, const Quad& c,
+                                           const Quad& d, const Quad& e, const Quad& f,
+                                           const Quad& g, const Quad& h, Quad& products) {
+        const Quad ab = a * b, cd = c * d, ef = e * f, gh = g * h;
+        const Quad low = __builtin_shufflevector(ab, cd, 0, 4, 2, 6) +
+                         __builtin_shufflevector(ab, cd, 1, 5, 3, 7);
+        const Quad high = __builtin_shufflevector(ef, gh, 0, 4, 2, 6) +
+                          __builtin_shufflevector(ef, gh, 1, 5, 3, 7);
+        products = __builtin_shufflevector(low, high, 0, 1, 4, 5) +
+                   __builtin_shufflevector(low, high, 2, 3, 6, 7);
+    }
+
+    [[gnu::always_inline]] void second_order(const Axis::Place& a, const Axis::Place& b, Quad& s,
+                                             Quad& su, Quad& sv, Quad& suu, Quad& suv,
+                                             Quad& svv) const {
         const int last_row = degree_u(), columns = degree_v() + 1;
         const Vec4* row = span(a, b) + last_row * columns;
-        Quad s{}, su{}, suu{}, sv{}, suv{}, svv{};
+        s = su = suu = sv = suv = svv = Quad{};
         // Horner's rule in both parameters; second derivatives come out halved.
         for (int i = last_row; i >= 0; --i, row -= columns) {
             Quad c, cv{}, cvv{}, next;
@@ -197,12 +260,6 @@ class SplineSpans final : public SurfaceEvaluator {
             suv = (suv - wu * sv - wv * su - wuv * s) * w;
             svv = (svv - 2.0 * wv * sv - wvv * s) * w;
         }
-        store(s, d.p);
-        store(su, d.u);
-        store(sv, d.v);
-        store(suu, d.uu);
-        store(suv, d.uv);
-        store(svv, d.vv);
     }
 
     [[gnu::always_inline]] void first_order(const Axis::Place& a, const Axis::Place& b,
@@ -235,9 +292,6 @@ class SplineSpans final : public SurfaceEvaluator {
         store(sv, d.v);
     }
 
-    // Four doubles in one register, or in two: GCC's and Clang's vectors. Never passed by value, as
-    // that depends on the processor.
-    using Quad [[gnu::vector_size(4 * sizeof(double))]] = double;
     [[gnu::always_inline]] static void load(const Vec4& from, Quad& to) {
         std::memcpy(&to, from.data(), sizeof to);
     }

@@ -18,6 +18,19 @@ struct SurfaceTangents {
     geom::Vec3 p, u, v;
 };
 
+/// What Newton's method asks of half the squared distance to a query, with r = p - query: all that
+/// is left of the derivatives, so that they need not leave the registers.
+struct DistanceTerms {
+    double rr, ru, rv;
+    double uu, uv, vv;        ///< products of the tangents: the first fundamental form
+    double r_uu, r_uv, r_vv;  ///< products of r and the second derivatives
+
+    /// Of a step in the parameters, along the tangents.
+    [[nodiscard]] double squared_length(const Vec2& step) const {
+        return uu * step[0] * step[0] + 2.0 * uv * step[0] * step[1] + vv * step[1] * step[1];
+    }
+};
+
 /// Const functions are thread-safe.
 class SurfaceEvaluator {
   public:
@@ -26,6 +39,13 @@ class SurfaceEvaluator {
     [[nodiscard]] virtual SurfaceTangents tangents(const Vec2& uv) const {
         const SurfaceDerivatives d = derivatives(uv);
         return {d.p, d.u, d.v};
+    }
+    [[nodiscard]] virtual DistanceTerms distance_terms(const Vec2& uv,
+                                                       const geom::Vec3& query) const {
+        const SurfaceDerivatives d = derivatives(uv);
+        const geom::Vec3 r = d.p - query;
+        return {r.squaredNorm(),   r.dot(d.u),  r.dot(d.v),  d.u.squaredNorm(), d.u.dot(d.v),
+                d.v.squaredNorm(), r.dot(d.uu), r.dot(d.uv), r.dot(d.vv)};
     }
     [[nodiscard]] virtual geom::Vec3 at(const Vec2& uv) const { return derivatives(uv).p; }
     /// Where the untrimmed surface is nearest to `query`, for kinds with a closed form; angles lie
