@@ -90,6 +90,7 @@ void fill(SearchModel& model, const TopoDS_Shape& shape, const ReferenceOptions&
     measure_bounds(model);
     base::report_progress(options.progress, "reference", 0.8);
     model.network = collect_edges(copy.shape, copy.faces, model.surfaces, options.sharp_angle_rad);
+    for (const ModelEdge& edge : model.network.edges) model.mesh.covers_edges &= !edge.uses.empty();
     index_edges(model, deflection);
     model.mesh.around = look_around(model.mesh, model.surfaces, model.all_edges);
     model.side_reach = options.side_reach_rel * model.size;

@@ -75,9 +75,16 @@ struct Facing {
     Vec2 uv;
 };
 
+// The triangles of a leaf that a search has passed.
+struct PassedLeaf {
+    FloatArray lower;  ///< their parts of the faces are no nearer
+    std::int32_t slot;
+};
+
 // One thread's working memory: kept so that queries allocate nothing once it has grown.
 struct Scratch {
     std::vector<Candidate> candidates;
+    std::vector<PassedLeaf> passed;
     std::vector<SurfaceFoot> feet;
     std::vector<CurveHit> hits;
     std::vector<Facing> beside;
@@ -159,12 +166,14 @@ class Search {
     // Triangles that may hold the nearest point, nearest first, and a bound for its distance.
     double collect_candidates() {
         std::size_t count = 0;
+        s_.passed.clear();
         const std::int32_t all_triangles = all_triangles_ ? -1 : 0;
         const double bound = visit_leaves(
             first_bound_, [&](int slot, const auto& near, const LeafBounds& leaf, double limit) {
                 constexpr std::size_t lanes = geom::TriangleTree::lanes;
                 limit = std::min(limit, double(leaf.least_upper()));
                 const auto most = static_cast<float>(limit);
+                s_.passed.push_back({leaf.lower, slot});
                 if (s_.candidates.size() < count + lanes) s_.candidates.resize(2 * (count + lanes));
                 // Written whether it counts or not: cheaper than to foresee which do.
                 for (std::size_t i = 0; i < lanes; ++i) {
@@ -257,7 +266,7 @@ class Search {
     Nearest nearest_on_all() {
         triangle_bound_ = collect_candidates();
         Nearest nearest = nearest_on_faces();
-        if (clear_ > edge_bound_ + 2.0 * coincident * model_.size) {
+        if (clear_ > edge_bound_ + 2.0 * coincident * model_.size || is_alone(nearest)) {
             s_.hits.clear();
             return nearest;
         }
@@ -316,22 +325,48 @@ class Search {
     // Beside a foot the face bends too little towards the query to come any nearer.
     [[nodiscard]] bool holds_none_nearer_than(const SurfaceFoot& f, const Candidate& c) const {
         if (f.foot.held[0] != 0 || f.foot.held[1] != 0) return false;
-        const SeedStart &from = model_.mesh.starts[std::size_t(f.slot)],
-                        &to = model_.mesh.starts[std::size_t(c.slot)];
-        if (from.face != to.face) return false;
+        const SeedStart& from = model_.mesh.starts[std::size_t(f.slot)];
         // Where the foot lies off the triangle that led to it, both rings tell.
         FaceSurface::Rectangle box = box_of(from.uv);
         const Vec2 margin = 0.5 * (box.high - box.low);
         if (!in_box({box.low - margin, box.high + margin}, f.foot.uv)) return false;
-        const Surroundings &first = around(f.slot), &second = around(c.slot);
+        if (!are_neighbours(f.slot, c.slot)) return false;
+        return bends_little(f, around(f.slot)) &&
+               (in_box(box, f.foot.uv) || bends_little(f, around(c.slot)));
+    }
+
+    [[nodiscard]] bool bends_little(const SurfaceFoot& f, const Surroundings& here) const {
         const std::size_t way = (query_ - f.foot.point).dot(f.foot.normal) > 0.0 ? 0 : 1;
-        const double bend =
-            in_box(box, f.foot.uv) ? first.bend[way] : std::max(first.bend[way], second.bend[way]);
-        if (!(f.foot.distance * bend < convex_share)) return false;
+        return f.foot.distance * double(here.bend[way]) < convex_share;
+    }
+
+    // Triangles of one face that share a node.
+    [[nodiscard]] bool are_neighbours(int slot, int other) const {
+        const auto& starts = model_.mesh.starts;
+        if (starts[std::size_t(slot)].face != starts[std::size_t(other)].face) return false;
         bool shared = false;
-        for (const auto a : first.node)
-            for (const auto b : second.node) shared |= a == b;
+        for (const auto a : around(slot).node)
+            for (const auto b : around(other).node) shared |= a == b;
         return shared;
+    }
+
+    // Nothing is as near as the foot but triangles beside it, where the face bends too little: what
+    // edges there are, are not nearer either.
+    [[nodiscard]] bool is_alone(const Nearest& nearest) const {
+        if (!model_.mesh.covers_edges || !nearest.on_face) return false;
+        const SurfaceFoot& f = *nearest.on_face;
+        if (f.foot.held[0] != 0 || f.foot.held[1] != 0 || !around(f.slot).tight) return false;
+        if (!in_box(box_of(model_.mesh.starts[std::size_t(f.slot)].uv), f.foot.uv)) return false;
+        if (!bends_little(f, around(f.slot))) return false;
+        const auto limit = float((nearest.distance + coincident * model_.size) * (1.0 + 1e-6));
+        for (const PassedLeaf& leaf : s_.passed) {
+            for (std::size_t i = 0; i < leaf.lower.size(); ++i) {
+                const int slot = leaf.slot + int(i);
+                if (leaf.lower[i] <= limit && slot != f.slot && !are_neighbours(f.slot, slot))
+                    return false;
+            }
+        }
+        return true;
     }
 
     void nearest_on_edges(Nearest& nearest) {

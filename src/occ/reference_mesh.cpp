@@ -71,7 +71,8 @@ double sickle_width(const FaceSurface& surface, const Vec2& a, const Vec2& b,
 void add_boundary_errors(const TopoDS_Face& face, const FaceSurface& surface,
                          const Handle(Poly_Triangulation) & mesh, const TopLoc_Location& location,
                          const SideMap& sides, std::size_t first, double off_face,
-                         std::vector<MeshTriangle>& triangles) {
+                         ReferenceMesh& into) {
+    std::vector<MeshTriangle>& triangles = into.triangles;
     double widest = 0.0;
     for (TopExp_Explorer it(face, TopAbs_EDGE); it.More(); it.Next()) {
         const TopoDS_Edge& edge = TopoDS::Edge(it.Current());
@@ -80,7 +81,10 @@ void add_boundary_errors(const TopoDS_Face& face, const FaceSurface& surface,
         const Handle(Geom_Curve) curve = BRep_Tool::Curve(edge, t0, t1);
         const Handle(Poly_PolygonOnTriangulation) polygon =
             BRep_Tool::PolygonOnTriangulation(edge, mesh, location);
-        if (curve.IsNull() || polygon.IsNull() || !polygon->HasParameters()) continue;
+        if (curve.IsNull() || polygon.IsNull() || !polygon->HasParameters()) {
+            into.covers_edges = false;
+            continue;
+        }
         const auto& nodes = polygon->Nodes();
         const auto& at = polygon->Parameters()->Array1();
         for (int i = nodes.Lower(); i < nodes.Upper(); ++i) {
@@ -90,7 +94,10 @@ void add_boundary_errors(const TopoDS_Face& face, const FaceSurface& surface,
                                       vec(mesh->UVNode(nodes(i + 1))), curve, at(k), at(k + 1));
             widest = std::max(widest, width);
             const auto side = sides.find(std::minmax(nodes(i), nodes(i + 1)));
-            if (side == sides.end()) continue;
+            if (side == sides.end()) {
+                into.covers_edges = false;
+                continue;
+            }
             MeshTriangle& triangle = triangles[side->second];
             triangle.sickle = std::max(triangle.sickle, width);
             if (BRep_Tool::Tolerance(edge) > off_face)
@@ -121,7 +128,7 @@ void append_kernel_mesh(const TopoDS_Face& face, const FaceSurface& surface, int
         triangles.push_back(triangle);
     }
     into.nodes += mesh->NbNodes();
-    add_boundary_errors(face, surface, mesh, location, sides, first, off_face, triangles);
+    add_boundary_errors(face, surface, mesh, location, sides, first, off_face, into);
 }
 
 // Covers the rectangle around a face the kernel could not triangulate; what lies outside the trim
@@ -149,6 +156,7 @@ void append_grid(const FaceSurface& surface, int number, ReferenceMesh& into) {
         }
     }
     into.nodes += (cells + 1) * (cells + 1);
+    into.covers_edges = false;
 }
 
 // Widens what is known of the triangle's part of the face by one of its points.

@@ -67,6 +67,8 @@ struct alignas(32) Surroundings {
     /// the radius of this curvature, is the nearest point of all triangles of the face that share a
     /// node: towards the outward normal and away from it, 1/mm.
     std::array<float, 2> bend{infinite, infinite};
+    /// Edges of the face that these triangles reach run on the face itself.
+    bool tight = false;
     /// No edge of the model is nearer to the flat triangle, and none runs through its part of the
     /// face, which is inside the trim. Negative where that is not known.
     float clearance = -1.0f;
@@ -86,6 +88,7 @@ struct ReferenceMesh {
     std::vector<SeedStart> starts;        ///< by the tree's slots
     std::vector<Surroundings> around;     ///< the same
     int nodes = 0;                        ///< corners in all
+    bool covers_edges = true;             ///< no edge is farther from its triangles than they err
     int faces_without = 0;                ///< faces the kernel could not triangulate; given a grid
 };
 

@@ -60,6 +60,13 @@ std::array<double, 2> bend_around(const ReferenceMesh& mesh, const Fans& fans,
     return {out / share, in / share};
 }
 
+bool is_tight(const ReferenceMesh& mesh, const Fans& fans, const MeshTriangle& t) {
+    bool tight = true;
+    for (const int node : t.node)
+        fans.each(node, [&](std::size_t i) { tight &= !std::isinf(mesh.triangles[i].spread); });
+    return tight;
+}
+
 // Centroid by centroid, in quarters where the triangle is large beside its distance.
 double clearance_of(const CurveSearch& edges, const std::array<Vec3, 3>& corner, double bound,
                     int depth) {
@@ -110,6 +117,7 @@ std::vector<Surroundings> look_around(const ReferenceMesh& mesh,
                 around.bend = {std::nextafter(float(bend[0]), std::numeric_limits<float>::max()),
                                std::nextafter(float(bend[1]), std::numeric_limits<float>::max())};
             }
+            around.tight = is_tight(mesh, fans, t);
             const double free = clearance(t, surface, edges);
             around.clearance =
                 free > 0.0 ? std::nextafter(float(std::min(free, 1e30)), 0.0f) : -1.0f;
