@@ -82,7 +82,8 @@ void fill(SearchModel& model, const TopoDS_Shape& shape, const ReferenceOptions&
     const double deflection = options.deflection_rel * diagonal;
     const SearchableShape copy = make_searchable(shape);
     model.surfaces.reserve(copy.faces.size());
-    for (const TopoDS_Face& face : copy.faces) model.surfaces.emplace_back(face, diagonal);
+    for (const TopoDS_Face& face : copy.faces)
+        model.surfaces.emplace_back(face, diagonal, &model.memory);
     base::report_progress(options.progress, "reference", 0.1);
     model.mesh = triangulate(copy, model.surfaces, deflection);
     if (model.mesh.triangles.empty())

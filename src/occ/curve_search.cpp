@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace patchwright::occ {
 
@@ -25,6 +26,12 @@ CurveSearch::CurveSearch(const std::vector<ModelEdge>& edges, const std::vector<
         boxes.push_back(box);
     }
     tree_ = geom::Bvh(boxes);
+    // Chords of a leaf, and of neighbouring leaves, lie together.
+    std::vector<Chord> sorted;
+    sorted.reserve(chords_.size());
+    for (const std::int32_t number : tree_.sort_items())
+        sorted.push_back(chords_[std::size_t(number)]);
+    chords_ = std::move(sorted);
 }
 
 void CurveSearch::add_edge(int number, double deflection) {

@@ -41,11 +41,12 @@ Vec2 box_minimum(const Eigen::Matrix2d& h, const Vec2& g, const Vec2& low, const
 
 }  // namespace
 
-FaceSurface::FaceSurface(const TopoDS_Face& face, double size) : size_(size) {
+FaceSurface::FaceSurface(const TopoDS_Face& face, double size, std::pmr::memory_resource* memory)
+    : size_(size) {
     TopLoc_Location location;
     BRep_Tool::Surface(face, location);
     surface_ = BRep_Tool::Surface(face);
-    evaluator_ = make_evaluator(surface_);
+    evaluator_ = make_evaluator(surface_, memory);
     trim_ = TrimRegion(face);
     if (face.Orientation() == TopAbs_REVERSED) orientation_ = -orientation_;
     if (location.Transformation().IsNegative()) orientation_ = -orientation_;

@@ -32,8 +32,10 @@ class FaceSurface {
     };
 
     /// @param size  length that tolerances are relative to: the model's diagonal
+    /// @param memory  where the surface is kept: must outlive this
     /// @pre every edge of `face` has a p-curve
-    FaceSurface(const TopoDS_Face& face, double size);
+    FaceSurface(const TopoDS_Face& face, double size,
+                std::pmr::memory_resource* memory = std::pmr::new_delete_resource());
 
     /// Neither trimmed nor of finite extent: nothing can be found on it.
     [[nodiscard]] bool unbounded() const { return unbounded_; }

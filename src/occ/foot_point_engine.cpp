@@ -1,10 +1,12 @@
 #include "foot_point_engine.h"
 
+#include "beside_foot.h"
+#include "leaf_bounds.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <optional>
 #include <span>
@@ -20,65 +22,11 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 // Of the model's size: points nearer to each other than this are one.
 constexpr double coincident = 1e-9;
 constexpr std::size_t max_known_feet = 16;
-// Up to this part of the radius of curvature the distance is convex along the surface, with a
-// margin for what samples of the curvature have missed.
-constexpr double convex_share = 0.7;
-
-struct Candidate {
-    float lower;  ///< the triangle's part of the face is no nearer
-    std::int32_t slot;
-    float distance, height;  ///< of the triangle; the latter with a sign
-};
-
-// One register's lanes: GCC's and Clang's vectors.
-using Lanes [[gnu::vector_size(4 * geom::TriangleTree::lanes)]] = float;
-using Mask [[gnu::vector_size(4 * geom::TriangleTree::lanes)]] = std::int32_t;
-using FloatArray = std::array<float, geom::TriangleTree::lanes>;
-
-Lanes load(const FloatArray& from) {
-    Lanes value;
-    std::memcpy(&value, from.data(), sizeof value);
-    return value;
-}
-
-// A leaf's triangles: bounds for the distance of their parts of the faces.
-struct LeafBounds {
-    FloatArray lower, upper;
-    /// -1 where the query can lie on a normal of the triangle's part of the surface, else 0.
-    std::array<std::int32_t, geom::TriangleTree::lanes> may_hold_foot;
-
-    LeafBounds(const geom::TriangleTree::Near& near, const SeedBlock& seeds, float extent) {
-        const Lanes distance = load(near.distance), height = load(near.height);
-        // How far the face may be from the triangle, and what is measured from what is true: a
-        // little more than the tree's slack, as these sums round too.
-        const Lanes off = load(seeds.error) + 1.25e-6f * (extent + distance);
-        const Lanes low = distance - off, high = distance + off + load(seeds.overhang);
-        const Lanes above = height < 0.0f ? -height : height;
-        const Mask may = load(near.aside) - off <= load(seeds.spread) * (above + off);
-        std::memcpy(lower.data(), &low, sizeof low);
-        std::memcpy(upper.data(), &high, sizeof high);
-        std::memcpy(may_hold_foot.data(), &may, sizeof may);
-    }
-    [[nodiscard]] float least_upper() const {
-        return std::min(std::min(upper[0], upper[1]), std::min(upper[2], upper[3]));
-    }
-};
-
-struct SurfaceFoot {
-    int face, slot;  ///< slot: where the descent began; -1: beside an edge
-    FaceSurface::Foot foot;
-};
 
 struct Facing {
     int face;
     Vec3 normal;
     Vec2 uv;
-};
-
-// The triangles of a leaf that a search has passed.
-struct PassedLeaf {
-    FloatArray lower;  ///< their parts of the faces are no nearer
-    std::int32_t slot;
 };
 
 // One thread's working memory: kept so that queries allocate nothing once it has grown.
@@ -94,19 +42,6 @@ struct Scratch {
 Scratch& scratch() {
     thread_local Scratch memory;
     return memory;
-}
-
-bool in_box(const FaceSurface::Rectangle& box, const Vec2& uv) {
-    return (uv.array() >= box.low.array()).all() && (uv.array() <= box.high.array()).all();
-}
-
-bool in_triangle(const std::array<Vec2, 3>& corner, const Vec2& uv) {
-    const auto side = [&](std::size_t i, std::size_t j) {
-        const Vec2 along = corner[j] - corner[i], to = uv - corner[i];
-        return along[0] * to[1] - along[1] * to[0];
-    };
-    const double a = side(0, 1), b = side(1, 2), c = side(2, 0);
-    return (a >= 0.0 && b >= 0.0 && c >= 0.0) || (a <= 0.0 && b <= 0.0 && c <= 0.0);
 }
 
 struct Nearest {
@@ -266,7 +201,9 @@ class Search {
     Nearest nearest_on_all() {
         triangle_bound_ = collect_candidates();
         Nearest nearest = nearest_on_faces();
-        if (clear_ > edge_bound_ + 2.0 * coincident * model_.size || is_alone(nearest)) {
+        if (clear_ > edge_bound_ + 2.0 * coincident * model_.size ||
+            (nearest.on_face && is_alone(model_.mesh, query_, *nearest.on_face, s_.passed,
+                                         nearest.distance + coincident * model_.size))) {
             s_.hits.clear();
             return nearest;
         }
@@ -298,7 +235,9 @@ class Search {
         clear_ = 0.0;
         for (const Candidate& c : candidates_) {
             if (c.lower > nearest.distance) break;
-            if (nearest.on_face && holds_none_nearer_than(*nearest.on_face, c)) continue;
+            if (nearest.on_face &&
+                holds_none_nearer_than(model_.mesh, query_, *nearest.on_face, c.slot))
+                continue;
             const double distance = c.distance;
             clear_ = std::max(clear_, double(around(c.slot).clearance) - distance -
                                           model_.mesh.tree.slack(distance));
@@ -316,57 +255,8 @@ class Search {
     }
 
     [[nodiscard]] bool is_on_model(const SurfaceFoot& f) const {
-        if (around(f.slot).clearance > 0.0f &&
-            in_triangle(model_.mesh.starts[std::size_t(f.slot)].uv, f.foot.uv))
-            return true;
+        if (is_clear_of_trim(model_.mesh, f)) return true;
         return surface(f.face).contains(f.foot.uv);
-    }
-
-    // Beside a foot the face bends too little towards the query to come any nearer.
-    [[nodiscard]] bool holds_none_nearer_than(const SurfaceFoot& f, const Candidate& c) const {
-        if (f.foot.held[0] != 0 || f.foot.held[1] != 0) return false;
-        const SeedStart& from = model_.mesh.starts[std::size_t(f.slot)];
-        // Where the foot lies off the triangle that led to it, both rings tell.
-        FaceSurface::Rectangle box = box_of(from.uv);
-        const Vec2 margin = 0.5 * (box.high - box.low);
-        if (!in_box({box.low - margin, box.high + margin}, f.foot.uv)) return false;
-        if (!are_neighbours(f.slot, c.slot)) return false;
-        return bends_little(f, around(f.slot)) &&
-               (in_box(box, f.foot.uv) || bends_little(f, around(c.slot)));
-    }
-
-    [[nodiscard]] bool bends_little(const SurfaceFoot& f, const Surroundings& here) const {
-        const std::size_t way = (query_ - f.foot.point).dot(f.foot.normal) > 0.0 ? 0 : 1;
-        return f.foot.distance * double(here.bend[way]) < convex_share;
-    }
-
-    // Triangles of one face that share a node.
-    [[nodiscard]] bool are_neighbours(int slot, int other) const {
-        const auto& starts = model_.mesh.starts;
-        if (starts[std::size_t(slot)].face != starts[std::size_t(other)].face) return false;
-        bool shared = false;
-        for (const auto a : around(slot).node)
-            for (const auto b : around(other).node) shared |= a == b;
-        return shared;
-    }
-
-    // Nothing is as near as the foot but triangles beside it, where the face bends too little: what
-    // edges there are, are not nearer either.
-    [[nodiscard]] bool is_alone(const Nearest& nearest) const {
-        if (!model_.mesh.covers_edges || !nearest.on_face) return false;
-        const SurfaceFoot& f = *nearest.on_face;
-        if (f.foot.held[0] != 0 || f.foot.held[1] != 0 || !around(f.slot).tight) return false;
-        if (!in_box(box_of(model_.mesh.starts[std::size_t(f.slot)].uv), f.foot.uv)) return false;
-        if (!bends_little(f, around(f.slot))) return false;
-        const auto limit = float((nearest.distance + coincident * model_.size) * (1.0 + 1e-6));
-        for (const PassedLeaf& leaf : s_.passed) {
-            for (std::size_t i = 0; i < leaf.lower.size(); ++i) {
-                const int slot = leaf.slot + int(i);
-                if (leaf.lower[i] <= limit && slot != f.slot && !are_neighbours(f.slot, slot))
-                    return false;
-            }
-        }
-        return true;
     }
 
     void nearest_on_edges(Nearest& nearest) {
@@ -481,16 +371,6 @@ class Search {
         model_.sharp_edges.visit(query_, reach, visit);
         model_.free_edges.visit(query_, reach, visit);
         return best;
-    }
-
-    // Whether a normal of the triangle's part of the surface can have a positive product with
-    // `side`.
-    [[nodiscard]] static bool may_face(const MeshTriangle& t, const Vec3& side) {
-        const double along = t.normal.dot(side);
-        if (along > 0.0 || std::isinf(t.spread)) return true;
-        // tan(90 degrees - angle to the plane of normals that look aside)
-        const double across = std::sqrt(std::max(0.0, 1.0 - along * along));
-        return -along <= t.spread * across;
     }
 
     const SearchModel& model_;

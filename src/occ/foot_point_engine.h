@@ -9,12 +9,15 @@
 
 #include <patchwright/geom/reference_surface.h>
 
+#include <memory_resource>
 #include <vector>
 
 namespace patchwright::occ {
 
 /// Everything a search needs to know of the model.
 struct SearchModel {
+    /// All splines in one place: with many faces, what lies anywhere is paid for in each query.
+    std::pmr::monotonic_buffer_resource memory{1u << 16};
     std::vector<FaceSurface> surfaces;
     ReferenceMesh mesh;
     EdgeNetwork network;

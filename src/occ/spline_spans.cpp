@@ -60,8 +60,9 @@ Eigen::MatrixXd powers_of_bernstein(int degree) {
 /// The breaks of one parameter, and where a parameter lies among them.
 class Axis {
   public:
-    Axis(std::vector<double> breaks, bool periodic)
-        : breaks_(std::move(breaks)),
+    using Values = std::pmr::vector<double>;
+    Axis(const std::vector<double>& breaks, bool periodic)
+        : breaks_(breaks.begin(), breaks.end()),
           period_(periodic ? breaks_.back() - breaks_.front() : 0.0),
           buckets_per_unit_(0.0) {
         // A coarse map from the parameter to the span, for surfaces of many spans.
@@ -78,6 +79,14 @@ class Axis {
             first_.push_back(int(span));
         }
     }
+    Axis(const Axis& other, std::pmr::memory_resource* memory)
+        : breaks_(other.breaks_, memory),
+          scale_(other.scale_, memory),
+          period_(other.period_),
+          buckets_per_unit_(other.buckets_per_unit_),
+          first_break_(other.first_break_),
+          first_scale_(other.first_scale_),
+          first_(other.first_, memory) {}
     [[nodiscard]] int spans() const { return int(breaks_.size()) - 1; }
 
     struct Place {
@@ -97,23 +106,24 @@ class Axis {
     }
 
   private:
-    std::vector<double> breaks_, scale_;
+    Values breaks_, scale_;
     double period_, buckets_per_unit_;
     // Kept beside each other: with many faces, places in memory are what a query pays for.
     double first_break_ = 0.0, first_scale_ = 0.0;
-    std::vector<int> first_;
+    std::pmr::vector<int> first_;
 };
 
 /// @tparam p, q  degrees in u and v, or -1: as given at run time
 template <int p, int q, bool rational>
 class SplineSpans final : public SurfaceEvaluator {
   public:
-    SplineSpans(Axis u, Axis v, int degree_u, int degree_v, std::vector<Vec4> coefficients)
-        : u_(std::move(u)),
-          v_(std::move(v)),
+    SplineSpans(const Axis& u, const Axis& v, int degree_u, int degree_v,
+                const std::vector<Vec4>& coefficients, std::pmr::memory_resource* memory)
+        : u_(u, memory),
+          v_(v, memory),
           degree_u_(degree_u),
           degree_v_(degree_v),
-          coefficients_(std::move(coefficients)) {}
+          coefficients_(coefficients.begin(), coefficients.end(), memory) {}
 
     SurfaceDerivatives derivatives(const Vec2& uv) const override {
         const Axis::Place a = u_.find(uv[0]), b = v_.find(uv[1]);
@@ -309,7 +319,7 @@ class SplineSpans final : public SurfaceEvaluator {
     Axis u_, v_;
     int degree_u_, degree_v_;
     /// Span by span, v running first; in a span powers of u by powers of v, v running first.
-    std::vector<Vec4> coefficients_;
+    std::pmr::vector<Vec4> coefficients_;
 };
 
 bool has_equal_weights(const Geom_BSplineSurface& surface) {
@@ -350,13 +360,16 @@ void append_span(const Geom_BezierSurface& patch, bool rational, const Eigen::Ma
 }
 
 template <int p, int q>
-std::shared_ptr<const SurfaceEvaluator> make(bool rational, Axis u, Axis v, int degree_u,
-                                             int degree_v, std::vector<Vec4> coefficients) {
+std::shared_ptr<const SurfaceEvaluator> make(bool rational, const Axis& u, const Axis& v,
+                                             int degree_u, int degree_v,
+                                             const std::vector<Vec4>& coefficients,
+                                             std::pmr::memory_resource* memory) {
+    const std::pmr::polymorphic_allocator<> place(memory);
     if (rational)
-        return std::make_shared<SplineSpans<p, q, true>>(std::move(u), std::move(v), degree_u,
-                                                         degree_v, std::move(coefficients));
-    return std::make_shared<SplineSpans<p, q, false>>(std::move(u), std::move(v), degree_u,
-                                                      degree_v, std::move(coefficients));
+        return std::allocate_shared<SplineSpans<p, q, true>>(place, u, v, degree_u, degree_v,
+                                                             coefficients, memory);
+    return std::allocate_shared<SplineSpans<p, q, false>>(place, u, v, degree_u, degree_v,
+                                                          coefficients, memory);
 }
 
 Handle(Geom_BSplineSurface) one_span(const Geom_BezierSurface& bezier) {
@@ -376,7 +389,8 @@ Handle(Geom_BSplineSurface) one_span(const Geom_BezierSurface& bezier) {
 
 }  // namespace
 
-std::shared_ptr<const SurfaceEvaluator> make_spline_spans(const Handle(Geom_Surface) & surface) {
+std::shared_ptr<const SurfaceEvaluator> make_spline_spans(const Handle(Geom_Surface) & surface,
+                                                          std::pmr::memory_resource* memory) {
     Handle(Geom_BSplineSurface) spline;
     if (const auto bezier = Handle(Geom_BezierSurface)::DownCast(surface); !bezier.IsNull()) {
         spline = one_span(*bezier);
@@ -402,13 +416,13 @@ std::shared_ptr<const SurfaceEvaluator> make_spline_spans(const Handle(Geom_Surf
         for (int j = 1; j <= nv; ++j)
             append_span(*spans.Patch(i, j), rational, basis_u, basis_v, coefficients);
     }
-    Axis u(distinct(knots_u), periodic_u), v(distinct(knots_v), periodic_v);
-    if (p == 3 && q == 3) return make<3, 3>(rational, u, v, p, q, std::move(coefficients));
+    const Axis u(distinct(knots_u), periodic_u), v(distinct(knots_v), periodic_v);
+    if (p == 3 && q == 3) return make<3, 3>(rational, u, v, p, q, coefficients, memory);
     switch (q) {
-        case 1: return make<-1, 1>(rational, u, v, p, q, std::move(coefficients));
-        case 2: return make<-1, 2>(rational, u, v, p, q, std::move(coefficients));
-        case 3: return make<-1, 3>(rational, u, v, p, q, std::move(coefficients));
-        default: return make<-1, -1>(rational, u, v, p, q, std::move(coefficients));
+        case 1: return make<-1, 1>(rational, u, v, p, q, coefficients, memory);
+        case 2: return make<-1, 2>(rational, u, v, p, q, coefficients, memory);
+        case 3: return make<-1, 3>(rational, u, v, p, q, coefficients, memory);
+        default: return make<-1, -1>(rational, u, v, p, q, coefficients, memory);
     }
 }
 

@@ -215,9 +215,10 @@ std::shared_ptr<const SurfaceEvaluator> round(const gp_Ax3& axes, const Profile&
 
 }  // namespace
 
-std::shared_ptr<const SurfaceEvaluator> make_evaluator(const Handle(Geom_Surface) & surface) {
+std::shared_ptr<const SurfaceEvaluator> make_evaluator(const Handle(Geom_Surface) & surface,
+                                                       std::pmr::memory_resource* memory) {
     if (const auto s = Handle(Geom_RectangularTrimmedSurface)::DownCast(surface); !s.IsNull())
-        return make_evaluator(s->BasisSurface());
+        return make_evaluator(s->BasisSurface(), memory);
     if (const auto s = Handle(Geom_Plane)::DownCast(surface); !s.IsNull())
         return std::make_shared<PlaneSurface>(s->Position());
     if (const auto s = Handle(Geom_CylindricalSurface)::DownCast(surface); !s.IsNull())
@@ -233,7 +234,7 @@ std::shared_ptr<const SurfaceEvaluator> make_evaluator(const Handle(Geom_Surface
         return std::make_shared<RevolvedSurface>(*s);
     if (const auto s = Handle(Geom_SurfaceOfLinearExtrusion)::DownCast(surface); !s.IsNull())
         return std::make_shared<ExtrudedSurface>(*s);
-    if (auto spans = make_spline_spans(surface)) return spans;
+    if (auto spans = make_spline_spans(surface, memory)) return spans;
     return std::make_shared<KernelSurface>(surface);
 }
 

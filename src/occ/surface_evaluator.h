@@ -6,6 +6,7 @@
 #include <Geom_Surface.hxx>
 
 #include <memory>
+#include <memory_resource>
 #include <optional>
 
 namespace patchwright::occ {
@@ -57,6 +58,9 @@ class SurfaceEvaluator {
 
 /// Planes, cylinders, cones, spheres and tori in closed form, Bezier and B-spline surfaces span by
 /// span as polynomials, revolutions and extrusions by their profile; the rest by the kernel.
-std::shared_ptr<const SurfaceEvaluator> make_evaluator(const Handle(Geom_Surface) & surface);
+/// @param memory  where splines are kept: must outlive the result
+std::shared_ptr<const SurfaceEvaluator> make_evaluator(
+    const Handle(Geom_Surface) & surface,
+    std::pmr::memory_resource* memory = std::pmr::new_delete_resource());
 
 }  // namespace patchwright::occ
