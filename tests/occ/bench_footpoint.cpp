@@ -5,19 +5,15 @@
 // by 1e-9 of the diagonal.
 //   bench_footpoint FILE... [--queries N] [--faces]
 // --faces adds a wavy sheet cut into 10 to 10,000 faces.
-#include "occ/foot_point_engine.h"
-#include "occ/shapes.h"
+#include "occ/foot_point_oracle.h"
 
 #include <patchwright/base/parallel.h>
 #include <patchwright/geom/nearest.h>
 #include <patchwright/occ/inspect.h>
 
 #include <BRepAdaptor_Surface.hxx>
-#include <BRepBuilderAPI_MakeFace.hxx>
 #include <BRepTools.hxx>
 #include <Extrema_ExtPS.hxx>
-#include <Geom_BezierSurface.hxx>
-#include <TColgp_Array2OfPnt.hxx>
 #include <TopoDS.hxx>
 #include <nlohmann/json.hpp>
 
@@ -104,27 +100,6 @@ class BareTriangles {
   private:
     occ::ReferenceMesh mesh_;
 };
-
-/// A sheet of waves as count x count bicubic faces over a square of size 1000.
-occ::CadModel wavy_sheet(int count) {
-    const auto height = [](double x, double y) {
-        return 40.0 * std::sin(0.011 * x) * std::cos(0.013 * y);
-    };
-    TopoDS_Compound faces;
-    const BRep_Builder builder;
-    builder.MakeCompound(faces);
-    const double size = 1000.0 / count;
-    for (int i = 0; i < count * count; ++i) {
-        TColgp_Array2OfPnt poles(1, 4, 1, 4);
-        for (int k = 0; k < 16; ++k) {
-            const double x = size * (i % count + (k % 4) / 3.0);
-            const double y = size * (i / count + (k / 4) / 3.0);
-            poles(k % 4 + 1, k / 4 + 1) = gp_Pnt(x, y, height(x, y));
-        }
-        builder.Add(faces, BRepBuilderAPI_MakeFace(new Geom_BezierSurface(poles), 1e-7).Face());
-    }
-    return test::model_of(faces);
-}
 
 /// Random points within 1 % of the diagonal of the surface.
 std::vector<Vec3> queries_near(const occ::CadReference& reference, std::size_t count) {
@@ -259,7 +234,7 @@ int main(int argc, char** argv) {
             count = std::stoul(argv[++i]);
         } else if (argument == "--faces") {
             for (const int side : {3, 10, 32, 100})
-                all.push_back(measure("wavy sheet", wavy_sheet(side), count, false));
+                all.push_back(measure("wavy sheet", test::wavy_sheet(side), count, false));
         } else {
             all.push_back(measure(std::filesystem::path(argument).filename().string(),
                                   occ::read_cad(argument).model, count, true));

@@ -4,14 +4,41 @@
 #include "occ/foot_point_engine.h"
 #include "occ/shapes.h"
 
+#include <BRepBuilderAPI_MakeFace.hxx>
+#include <Geom_BezierSurface.hxx>
+#include <TColgp_Array2OfPnt.hxx>
+
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <random>
 #include <string>
 #include <vector>
 
 namespace patchwright::test {
+
+/// A sheet of waves as count x count bicubic faces over a square of size 1000, which meet at
+/// small angles and share no edges.
+inline occ::CadModel wavy_sheet(int count) {
+    const auto height = [](double x, double y) {
+        return 40.0 * std::sin(0.011 * x) * std::cos(0.013 * y);
+    };
+    TopoDS_Compound faces;
+    const BRep_Builder builder;
+    builder.MakeCompound(faces);
+    const double size = 1000.0 / count;
+    for (int i = 0; i < count * count; ++i) {
+        TColgp_Array2OfPnt poles(1, 4, 1, 4);
+        for (int k = 0; k < 16; ++k) {
+            const double x = size * (i % count + (k % 4) / 3.0);
+            const double y = size * (i / count + (k / 4) / 3.0);
+            poles(k % 4 + 1, k / 4 + 1) = gp_Pnt(x, y, height(x, y));
+        }
+        builder.Add(faces, BRepBuilderAPI_MakeFace(new Geom_BezierSurface(poles), 1e-7).Face());
+    }
+    return model_of(faces);
+}
 
 struct OracleQuery {
     std::string kind;
