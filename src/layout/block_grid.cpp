@@ -1,5 +1,7 @@
 #include "layout/block_grid.h"
 
+#include "layout/untangle.h"
+
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -23,19 +25,55 @@ std::vector<double> shares(const std::vector<Vec3>& points) {
     return length;
 }
 
-/// `count` + 1 points at equal shares of a line's length.
-std::vector<Vec3> resampled(const std::vector<Vec3>& line, int count) {
+/// `count` + 1 shares of a line's length, closer to each other where it bends: half of them, or
+/// fewer on lines that bend little, are spread by turn instead of length.
+std::vector<double> graded_shares(const std::vector<Vec3>& line, int count) {
+    constexpr double half_turn = 1.5;
+    const std::vector<double> share = shares(line);
+    std::vector<double> turn(line.size(), 0.0);  // before a point
+    for (std::size_t i = 1; i + 1 < line.size(); ++i) {
+        const Vec3 before = line[i] - line[i - 1], after = line[i + 1] - line[i];
+        const double angle = std::atan2(before.cross(after).norm(), before.dot(after));
+        turn[i] += 0.5 * angle;
+        turn[i + 1] += 0.5 * angle;
+    }
+    for (std::size_t i = 1; i < turn.size(); ++i) turn[i] += turn[i - 1];
+    const double whole = turn.back(), by_turn = whole / (whole + half_turn);
+    const auto measure = [&](std::size_t i) {
+        return (1.0 - by_turn) * share[i] + (whole > 0.0 ? by_turn * turn[i] / whole : 0.0);
+    };
+    std::vector<double> result{0.0};
+    std::size_t i = 0;
+    for (int k = 1; k < count; ++k) {
+        const double m = double(k) / count;
+        while (i + 2 < line.size() && measure(i + 1) < m) ++i;
+        const double step = measure(i + 1) - measure(i);
+        const double t = step > 0.0 ? (m - measure(i)) / step : 0.0;
+        result.push_back(share[i] + t * (share[i + 1] - share[i]));
+    }
+    result.push_back(1.0);
+    return result;
+}
+
+/// Points at these shares of a line's length.
+std::vector<Vec3> resampled(const std::vector<Vec3>& line, const std::vector<double>& at_shares) {
     std::vector<Vec3> result{line.front()};
     const std::vector<double> share = shares(line);
     std::size_t i = 0;
-    for (int k = 1; k < count; ++k) {
-        const double s = double(k) / count;
+    for (std::size_t k = 1; k + 1 < at_shares.size(); ++k) {
+        const double s = at_shares[k];
         while (i + 2 < line.size() && share[i + 1] < s) ++i;
         const double step = share[i + 1] - share[i];
         const double t = step > 0.0 ? (s - share[i]) / step : 0.0;
         result.push_back(line[i] + t * (line[i + 1] - line[i]));
     }
     result.push_back(line.back());
+    return result;
+}
+
+std::vector<double> even_shares(int count) {
+    std::vector<double> result;
+    for (int k = 0; k <= count; ++k) result.push_back(double(k) / count);
     return result;
 }
 
@@ -48,13 +86,21 @@ class Gridder {
     Blocks make(const std::vector<std::string>& names) {
         for (const LayoutNode& node : layout_.nodes) {
             if (node.corner) blocks_.corners.push_back(int(blocks_.points.size()));
-            add_point(node.point, !node.held);
+            add_point(node.point, {!node.held, node.curve});
         }
         for (std::size_t a = 0; a < layout_.arcs.size(); ++a)
             add_arc(layout_.arcs[a], divisions_.edges[a]);
         for (std::size_t b = 0; b < layout_.blocks.size(); ++b)
             add_block(layout_.blocks[b], divisions_.turns[b]);
-        even_out();
+        // What sticks out loses its points to its foot unless they are kept within the surface; in
+        // hollows it is the other way round.
+        const std::vector<Vec3> before = blocks_.points;
+        for (const bool within : {true, false}) {
+            blocks_.points = before;
+            even_out(within);
+            untangle(blocks_.faces, blocks_.points, freedom_, reference_);
+            if (folded().empty()) break;
+        }
         check();
         for (std::size_t f = 0; f < blocks_.faces.size(); ++f) {
             const geom::FootPoint foot = reference_.foot_point(middle(f), area(f).normalized());
@@ -64,9 +110,9 @@ class Gridder {
     }
 
   private:
-    int add_point(const Vec3& p, bool free) {
+    int add_point(const Vec3& p, const Freedom& freedom) {
         blocks_.points.push_back(p);
-        free_.push_back(free ? 1 : 0);
+        freedom_.push_back(freedom);
         return int(blocks_.points.size()) - 1;
     }
 
@@ -77,19 +123,22 @@ class Gridder {
 
     void add_arc(const LayoutArc& arc, int count) {
         std::vector<int> line{arc.start};
-        const std::vector<Vec3> points = resampled(arc.points, count);
+        const std::vector<double> shares =
+            arc.piece >= 0 ? even_shares(count) : graded_shares(arc.points, count);
+        const std::vector<Vec3> points = resampled(arc.points, shares);
         for (int k = 1; k < count; ++k) {
             const Vec3 p =
                 arc.curve >= 0 ? reference_.nearest_on_curve(arc.curve, points[at(k)]).point
                 : arc.piece >= 0
                     ? on_piece(arc.piece, arc.from + (arc.to - arc.from) * (double(k) / count))
                     : reference_.foot_point(points[at(k)]).point;
-            line.push_back(add_point(p, arc.curve < 0));
+            line.push_back(add_point(p, {arc.curve < 0, arc.curve}));
         }
         line.push_back(arc.end);
         for (int k = 0; k < count && arc.crease; ++k)
             blocks_.creases.emplace_back(line[at(k)], line[at(k + 1)]);
         lines_.push_back(std::move(line));
+        shares_.push_back(shares);
     }
 
     /// A vertex and where it is on the flat piece.
@@ -106,14 +155,18 @@ class Gridder {
         Line result;
         for (std::size_t i = 0; i < side.size(); ++i) {
             std::vector<int> line = lines_[at(side[i].arc)];
-            if (side[i].reversed) std::reverse(line.begin(), line.end());
+            std::vector<double> share = shares_[at(side[i].arc)];
+            if (side[i].reversed) {
+                std::reverse(line.begin(), line.end());
+                std::reverse(share.begin(), share.end());
+                for (double& s : share) s = 1.0 - s;
+            }
             if (!result.empty() && result.back().vertex != line.front())
                 throw LayoutRefused{"arcs of a side do not meet"};
             if (!result.empty()) result.pop_back();
             const Vec2 &from = flat[i], &to = i + 1 < side.size() ? flat[i + 1] : end;
             for (std::size_t k = 0; k < line.size(); ++k)
-                result.push_back(
-                    {line[k], from + (to - from) * (double(k) / double(line.size() - 1))});
+                result.push_back({line[k], from + (to - from) * share[k]});
         }
         return result;
     }
@@ -138,12 +191,12 @@ class Gridder {
             throw LayoutRefused{"sides of a block do not meet"};
         const Spot m = ab[at(turn.count)], q = bc[bc.size() - 1 - at(turn.count)], d = cd.back();
         const Vec2 middle = (m.flat + q.flat + d.flat) / 3.0;
-        const Spot x{add_point(on_piece(piece_, middle), true), middle};
+        const Spot x{add_point(on_piece(piece_, middle), {}), middle};
         const auto line = [&](const Spot& from, int count) {
             Line result{from};
             for (int k = 1; k < count; ++k) {
                 const Vec2 p = from.flat + (x.flat - from.flat) * (double(k) / count);
-                result.push_back({add_point(on_piece(piece_, p), true), p});
+                result.push_back({add_point(on_piece(piece_, p), {}), p});
             }
             result.push_back(x);
             return result;
@@ -194,7 +247,7 @@ class Gridder {
                 const Vec2 p = (1 - u) * (1 - w) * bottom.front().flat +
                                u * (1 - w) * bottom.back().flat + (1 - u) * w * top.front().flat +
                                u * w * top.back().flat;
-                v = add_point(on_piece(piece_, p), true);
+                v = add_point(on_piece(piece_, p), {});
             }
         }
         for (int j = 0; j < n; ++j)
@@ -219,11 +272,8 @@ class Gridder {
         return 0.25 * (point(f, 0) + point(f, 1) + point(f, 2) + point(f, 3));
     }
 
-    /// Of the angle at corner k, seen against a normal.
     [[nodiscard]] double sine(std::size_t f, int k, const Vec3& normal) const {
-        const Vec3 a = (point(f, k + 1) - point(f, k)).normalized();
-        const Vec3 b = (point(f, k - 1) - point(f, k)).normalized();
-        return a.cross(b).dot(normal);
+        return corner_sine(blocks_.points, blocks_.faces[f], k, normal);
     }
 
     [[nodiscard]] double least_sine(std::size_t f) const {
@@ -234,7 +284,7 @@ class Gridder {
     }
 
     /// Moves points between their neighbours as long as no quad becomes too sharp by it.
-    void even_out() {
+    void even_out(bool within) {
         constexpr int rounds = 12;
         constexpr double share = 0.5, good_enough = 0.4;
         std::vector<std::vector<int>> next(blocks_.points.size());
@@ -251,19 +301,30 @@ class Gridder {
             for (const std::size_t f : faces[v]) least = std::min(least, least_sine(f));
             return least;
         };
+        std::vector<Vec3> up(blocks_.points.size());
+        for (std::size_t v = 0; v < freedom_.size(); ++v) {
+            Vec3 normal = Vec3::Zero();
+            for (const std::size_t f : faces[v]) normal += area(f);
+            normal.normalize();
+            up[v] = (normal.norm() > 0.5 ? reference_.foot_point(blocks_.points[v], normal)
+                                         : reference_.foot_point(blocks_.points[v]))
+                        .normal;
+        }
         for (int round = 0; round < rounds; ++round) {
-            for (std::size_t v = 0; v < free_.size(); ++v) {
-                if (free_[v] == 0) continue;
+            for (std::size_t v = 0; v < freedom_.size(); ++v) {
+                if (!freedom_[v].free || !(up[v].norm() > 0.5)) continue;
                 const double before = worst(v);
                 const Vec3 old = blocks_.points[v];
-                Vec3 sum = Vec3::Zero(), normal = Vec3::Zero();
+                Vec3 sum = Vec3::Zero();
                 for (const int w : next[v]) sum += blocks_.points[at(w)];
-                for (const std::size_t f : faces[v]) normal += area(f);
-                const Vec3 there = old + share * (sum / double(next[v].size()) - old);
-                const geom::FootPoint foot = reference_.foot_point(there, normal.normalized());
+                Vec3 step = share * (sum / double(next[v].size()) - old);
+                if (within) step -= step.dot(up[v]) * up[v];
+                const geom::FootPoint foot = reference_.foot_point(old + step, up[v]);
                 blocks_.points[v] = foot.point;
-                if (foot.normal.dot(normal) < 0.0 || worst(v) < std::min(before, good_enough))
+                if (foot.normal.dot(up[v]) < 0.0 || worst(v) < std::min(before, good_enough))
                     blocks_.points[v] = old;
+                else
+                    up[v] = foot.normal;
             }
         }
     }
@@ -279,24 +340,30 @@ class Gridder {
                reference_.foot_point(middle(f), normal).normal.dot(normal) <= 0.0;
     }
 
-    void check() const {
-        int folded = 0;
-        Vec3 first = Vec3::Zero();
+    [[nodiscard]] std::vector<std::size_t> folded() const {
+        std::vector<std::size_t> result;
         for (std::size_t f = 0; f < blocks_.faces.size(); ++f)
-            if (folds(f) && folded++ == 0) first = middle(f);
-        if (folded > 0)
-            throw LayoutRefused{
-                fmt::format("{} of {} quads fold, one near ({:.4g}, {:.4g}, {:.4g})", folded,
-                            blocks_.faces.size(), first.x(), first.y(), first.z())};
+            if (folds(f)) result.push_back(f);
+        return result;
+    }
+
+    void check() const {
+        const auto bad = folded();
+        if (bad.empty()) return;
+        const Vec3 first = middle(bad[0]);
+        throw LayoutRefused{fmt::format("{} of {} quads fold, one near ({:.4g}, {:.4g}, {:.4g})",
+                                        bad.size(), blocks_.faces.size(), first.x(), first.y(),
+                                        first.z())};
     }
 
     const BlockLayout& layout_;
     const Divisions& divisions_;
     const geom::ModelSurface& reference_;
     Blocks blocks_;
-    std::vector<char> free_;
-    std::vector<std::vector<int>> lines_;
-    int piece_ = -1;  ///< of the block at hand
+    std::vector<Freedom> freedom_;
+    std::vector<std::vector<int>> lines_;      ///< points of each arc
+    std::vector<std::vector<double>> shares_;  ///< and where on it they are, 0 to 1
+    int piece_ = -1;                           ///< of the block at hand
 };
 
 }  // namespace

@@ -15,6 +15,7 @@ namespace patchwright::layout {
 struct LayoutNode {
     geom::Vec3 point = geom::Vec3::Zero();
     bool held = true;     ///< on a feature; others may move within the surface
+    int curve = -1;       ///< the only feature it lies on, along which it may move; -1: none
     bool corner = false;  ///< where features meet at an angle
 };
 

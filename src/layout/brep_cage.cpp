@@ -1,5 +1,6 @@
 #include "layout/brep_cage.h"
 
+#include "layout/arc_sizes.h"
 #include "layout/block_grid.h"
 #include "layout/brep_layout.h"
 #include "layout/divisions.h"
@@ -72,22 +73,19 @@ bool curvature_jumps(const occ::SurfaceMesh& mesh, const FeatureSides& sides,
     return most * diagonal > least_bend && std::abs(across[0] - across[1]) > least_change * most;
 }
 
-/// Sharp and free curves, and smooth ones where the curvature jumps, as beside fillets.
-std::vector<char> block_borders(const occ::SurfaceMesh& mesh, const FeatureSides& sides,
-                                const geom::ModelSurface& reference) {
-    const auto& curves = reference.features().curves;
-    std::vector<int> jumps(curves.size(), 0), total(curves.size(), 0);
+/// Adds smooth curves where the curvature jumps.
+void keep_jumps(const occ::SurfaceMesh& mesh, const FeatureSides& sides,
+                const geom::ModelSurface& reference, std::vector<char>& kept) {
+    std::vector<int> jumps(kept.size(), 0), total(kept.size(), 0);
     for (const occ::FeatureSide& side : mesh.features) {
-        if (curves[at(side.curve)].kind != geom::FeatureKind::Smooth) continue;
+        if (kept[at(side.curve)] != 0) continue;
         const auto& beside = sides.beside(side.v0, side.v1);
         ++total[at(side.curve)];
         if (beside.size() != 2 || mesh.faces[at(beside[0])] == mesh.faces[at(beside[1])]) continue;
         if (curvature_jumps(mesh, sides, reference, side)) ++jumps[at(side.curve)];
     }
-    std::vector<char> kept;
-    for (std::size_t i = 0; i < curves.size(); ++i)
-        kept.push_back(curves[i].kind != geom::FeatureKind::Smooth || 2 * jumps[i] > total[i]);
-    return kept;
+    for (std::size_t i = 0; i < kept.size(); ++i)
+        if (2 * jumps[i] > total[i]) kept[i] = 1;
 }
 
 /// Regions with handles, as tori are, keep the seams of their faces.
@@ -168,67 +166,101 @@ void divide_short_features(TriMesh& mesh, const geom::ModelSurface& reference) {
 // Triangles are this much shorter than those that become quads by themselves.
 constexpr double triangle_scale = 0.5, longest_triangle_rel = 0.06;
 
-// How often lengths are scaled towards a number of faces, and the logarithm of what is near.
-constexpr int rounds_of_scaling = 4;
-constexpr double near_enough = 0.2;
+/// How far points between the corners of quads are from the model, of the roots of their areas.
+double worst_sag(const Blocks& blocks, const geom::ModelSurface& reference) {
+    double worst = 0.0;
+    for (const auto& face : blocks.faces) {
+        std::array<Vec3, 4> p;
+        for (std::size_t k = 0; k < 4; ++k) p[k] = blocks.points[at(face[k])];
+        const Vec3 area = 0.5 * (p[2] - p[0]).cross(p[3] - p[1]);
+        for (const auto& [u, v] :
+             {std::pair{0.5, 0.5}, {0.25, 0.25}, {0.75, 0.25}, {0.75, 0.75}, {0.25, 0.75}}) {
+            const Vec3 q =
+                (1 - u) * (1 - v) * p[0] + u * (1 - v) * p[1] + u * v * p[2] + (1 - u) * v * p[3];
+            worst = std::max(worst, reference.foot_point(q, area.normalized()).distance /
+                                        std::sqrt(area.norm()));
+        }
+    }
+    return worst;
+}
 
 /// @throw LayoutRefused
-std::vector<Blocks> parts_for(double tolerance_rel, const occ::SurfaceMesh& surface,
-                              const std::vector<char>& kept, const geom::ModelSurface& reference,
-                              const std::vector<std::string>& face_names,
-                              const CageOptions& options) {
-    std::vector<BlockLayout> layouts;
-    const ArcSizes sizes{.tolerance_rel = tolerance_rel, .fineness = options.fineness};
-    for (const Body& body : bodies_of(surface)) {
-        TriMesh mesh(part_of(body, kept));
-        RemeshOptions remeshing;
-        remeshing.size.tolerance_rel = tolerance_rel;
-        remeshing.size.largest_rel = longest_triangle_rel / triangle_scale;
-        remeshing.size.scale = triangle_scale;
-        remeshing.progress = options.progress;
-        remesh(mesh, reference, remeshing);
-        divide_short_features(mesh, reference);
-        layouts.push_back(brep_layout(mesh, reference, sizes));
-    }
-    for (int round = 0;; ++round) {
-        std::vector<Blocks> parts;
-        std::size_t faces = 0;
-        for (const BlockLayout& layout : layouts) {
-            parts.push_back(block_grid(layout, divide_arcs(layout), reference, face_names));
-            faces += parts.back().faces.size();
+BlockLayout layout_of(const Body& body, const std::vector<char>& borders, double tolerance_rel,
+                      const geom::ModelSurface& reference, const CageOptions& options) {
+    TriMesh mesh(part_of(body, borders));
+    RemeshOptions remeshing;
+    remeshing.size.tolerance_rel = tolerance_rel;
+    remeshing.size.largest_rel = longest_triangle_rel / triangle_scale;
+    remeshing.size.scale = triangle_scale;
+    remeshing.progress = options.progress;
+    remesh(mesh, reference, remeshing);
+    divide_short_features(mesh, reference);
+    return brep_layout(mesh, reference);
+}
+
+/// @throw LayoutRefused
+Blocks blocks_of(BlockLayout& layout, ArcSizes sizes, const geom::ModelSurface& reference,
+                 const std::vector<std::string>& face_names) {
+    // What sticks out of the middle of a block is seen by no line along it; what folds when it is
+    // coarse may not when it is finer.
+    constexpr double most_sag = 0.3, finer = 0.7;
+    constexpr int most_rounds = 4, most_refused = 2;
+    std::optional<Blocks> last;
+    for (int round = 0;; ++round, sizes.scale *= finer) {
+        set_wanted(layout, reference, sizes);
+        try {
+            last = block_grid(layout, divide_arcs(layout), reference, face_names);
+        } catch (const LayoutRefused&) {
+            if (last) break;
+            if (round == most_refused) throw;
+            continue;
         }
-        if (options.target_faces == 0 || round == rounds_of_scaling) return parts;
-        const double ratio = options.target_faces / double(faces);
-        if (std::abs(std::log(ratio)) < near_enough) return parts;
-        for (BlockLayout& layout : layouts)
-            for (LayoutArc& arc : layout.arcs) arc.wanted *= std::sqrt(ratio);
+        if (round == most_rounds || worst_sag(*last, reference) < most_sag) break;
     }
+    return std::move(*last);
 }
 
 }  // namespace
 
-BrepCage brep_parts(const occ::SurfaceMesh& surface, const geom::ModelSurface& reference,
-                    const std::vector<std::string>& face_names, const CageOptions& options) {
-    // Where coarse quads fold, as for a loose tolerance, finer ones may not.
-    constexpr double fine_rel = 1e-4;
+std::vector<char> block_borders(const occ::SurfaceMesh& surface,
+                                const geom::ModelSurface& reference,
+                                const std::vector<char>& kept) {
     const FeatureSides sides(surface);
-    std::vector<char> kept = block_borders(surface, sides, reference);
-    keep_seams(surface, sides, kept);
-    BrepCage result;
-    if (surface.faces_without > 0) {
-        result.refused = "faces could not be triangulated";
-        return result;
-    }
-    for (const double tolerance_rel : {options.tolerance_rel, fine_rel}) {
-        try {
-            result.parts = parts_for(tolerance_rel, surface, kept, reference, face_names, options);
-            result.refused.clear();
-            return result;
-        } catch (const LayoutRefused& refusal) {
-            result.refused = refusal.why;
+    std::vector<char> borders = kept;
+    keep_jumps(surface, sides, reference, borders);
+    keep_seams(surface, sides, borders);
+    return borders;
+}
+
+BodyBlocks brep_blocks(const Body& body, const std::vector<char>& borders,
+                       const geom::ModelSurface& reference,
+                       const std::vector<std::string>& face_names, const CageOptions& options,
+                       double scale) {
+    // Where coarse quads fold, as for a loose tolerance, finer ones may not, and the other way
+    // round.
+    constexpr double fine_rel = 1e-4, loose_rel = 1e-3;
+    BodyBlocks result;
+    const auto attempt = [&](double of_triangles, const std::vector<double>& of_edges) {
+        std::optional<BlockLayout> layout;
+        for (const double tolerance_rel : of_edges) {
+            try {
+                if (!layout) layout = layout_of(body, borders, of_triangles, reference, options);
+                const ArcSizes sizes{
+                    .tolerance_rel = tolerance_rel, .fineness = options.fineness, .scale = scale};
+                result.blocks = blocks_of(*layout, sizes, reference, face_names);
+                return true;
+            } catch (const LayoutRefused& refusal) {
+                if (result.refused.empty()) result.refused = refusal.why;
+                if (!layout) return false;
+            }
         }
-        if (options.tolerance_rel <= fine_rel) break;
-    }
+        return false;
+    };
+    std::vector<double> of_edges{options.tolerance_rel};
+    if (options.tolerance_rel < loose_rel) of_edges.push_back(loose_rel);
+    if (attempt(options.tolerance_rel, of_edges) ||
+        (options.tolerance_rel > fine_rel && attempt(fine_rel, {fine_rel})))
+        result.refused.clear();
     return result;
 }
 

@@ -1,5 +1,6 @@
 #include "layout/brep_layout.h"
 
+#include "layout/crest_cut.h"
 #include "layout/cuts.h"
 #include "layout/piece_blocks.h"
 
@@ -28,19 +29,33 @@ struct Part {
 
 class Builder {
   public:
-    Builder(TriMesh& mesh, const geom::ModelSurface& reference, const ArcSizes& sizes)
-        : mesh_(mesh), reference_(reference), sizes_(sizes), pieces_(mesh, reference) {}
+    Builder(TriMesh& mesh, const geom::ModelSurface& reference)
+        : mesh_(mesh), reference_(reference), pieces_(mesh, reference) {}
 
     BlockLayout build() {
         cut_up();
         for (Part& part : parts_) split_sides(part);
         pieces_.smooth_cuts();
         for (const Part& part : parts_) add_blocks(part);
-        set_numbers();
         return std::move(layout_);
     }
 
   private:
+    /// One triangle of the piece on either side of a cut's beginning.
+    std::vector<int> make(const Cut& cut, const Piece& piece, bool held) {
+        const int a = piece.vertices[at(cut.path[0])], b = piece.vertices[at(cut.path[1])];
+        pieces_.cut(piece, cut.path, cut.start, cut.end, held);
+        std::vector<int> seeds{mesh_.sides(a, b).triangle[0]};
+        const Piece one = pieces_.piece(seeds[0]);
+        // Splits of bridges may have put other triangles beside the path.
+        for (const int t : mesh_.sides(a, b).triangle) {
+            if (std::binary_search(one.triangles.begin(), one.triangles.end(), t)) continue;
+            seeds.push_back(t);
+            break;
+        }
+        return seeds;
+    }
+
     void cut_up() {
         std::vector<int> pending = pieces_.seeds();
         const int most_cuts = 30 * int(pending.size()) + 30;
@@ -49,25 +64,16 @@ class Builder {
             const int seed = pending.back();
             pending.pop_back();
             const Piece piece = pieces_.piece(seed);
-            if (const auto form = form_of(piece)) {
+            const auto crest = crest_cut(piece, pieces_, reference_);
+            const auto form = crest ? std::nullopt : form_of(piece);
+            if (form) {
                 parts_.push_back({seed, *form, {}});
                 continue;
             }
             if (++cuts > most_cuts) throw LayoutRefused{"faces need too many cuts"};
-            const Cut cut = best_cut(piece, pieces_);
-            pieces_.cut(piece, cut.path, cut.start, cut.end);
-            const EdgeSides s =
-                mesh_.sides(piece.vertices[at(cut.path[0])], piece.vertices[at(cut.path[1])]);
-            const Piece one = pieces_.piece(s.triangle[0]);
-            pending.push_back(s.triangle[0]);
-            // Splits of bridges may have put other triangles beside the path.
-            const EdgeSides now =
-                mesh_.sides(piece.vertices[at(cut.path[0])], piece.vertices[at(cut.path[1])]);
-            for (const int t : now.triangle) {
-                if (std::binary_search(one.triangles.begin(), one.triangles.end(), t)) continue;
-                pending.push_back(t);
-                break;
-            }
+            const auto seeds =
+                make(crest ? *crest : best_cut(piece, pieces_), piece, crest.has_value());
+            pending.insert(pending.end(), seeds.begin(), seeds.end());
         }
     }
 
@@ -117,6 +123,16 @@ class Builder {
         return best;
     }
 
+    /// The vertices of the four nodes where a border bends most, when there are just four.
+    [[nodiscard]] static std::vector<int> four_bends(const Border& border) {
+        constexpr double least_bend = 0.6;
+        std::vector<int> result;
+        for (const BorderPoint& p : border)
+            if (p.node && M_PI - p.angle > least_bend) result.push_back(p.vertex);
+        if (result.size() != 4) result.clear();
+        return result;
+    }
+
     void split_sides(Part& part) {
         const int sections = part.form == PieceForm::Polygon ? 2
                              : part.form == PieceForm::Lens  ? 3
@@ -128,7 +144,8 @@ class Builder {
         for (int round = 0; round < rounds; ++round) {
             const Piece piece = pieces_.piece(part.seed);
             const Border& border = piece.borders[0];
-            part.splits.clear();
+            part.splits = part.form == PieceForm::Disc ? four_bends(border) : std::vector<int>();
+            if (!part.splits.empty()) return;
             bool enough = true;
             for (const Run& run : runs_of(border)) {
                 // A border without corners begins at a node, or anywhere.
@@ -162,7 +179,8 @@ class Builder {
         if (added) {
             LayoutNode node;
             node.point = mesh_.point(vertex);
-            int hard = 0;
+            int hard = 0, sides = 0;
+            std::set<int> curves;
             bool held = mesh_.is_boundary(vertex);
             for (const int w : mesh_.feature_neighbours(vertex)) {
                 const EdgeSides s = mesh_.sides(vertex, w);
@@ -170,8 +188,12 @@ class Builder {
                 const auto kind = reference_.features().curves[at(curve)].kind;
                 hard += kind != geom::FeatureKind::Smooth ? 1 : 0;
                 held = true;
+                curves.insert(curve);
+                ++sides;
             }
             node.held = held;
+            if (curves.size() == 1 && sides == 2 && mesh_.corner(vertex) < 0)
+                node.curve = *curves.begin();
             // A crease may end in a smooth surface; three and more make a corner by themselves.
             node.corner = mesh_.corner(vertex) >= 0 && hard != 1;
             layout_.nodes.push_back(node);
@@ -284,39 +306,8 @@ class Builder {
         add_piece_blocks(layout_, reference_, part.form, around);
     }
 
-    // Numbers of edges.
-
-    void set_numbers() {
-        const double diagonal = reference_.bounds().diagonal();
-        std::map<std::pair<int, int>, int> pairs;
-        for (const LayoutArc& arc : layout_.arcs) ++pairs[std::minmax(arc.start, arc.end)];
-        for (LayoutArc& arc : layout_.arcs) {
-            double length = 0.0, turn = 0.0;
-            for (std::size_t i = 0; i + 1 < arc.points.size(); ++i) {
-                const Vec3 way = arc.points[i + 1] - arc.points[i];
-                length += way.norm();
-                if (i == 0) continue;
-                const Vec3 before = arc.points[i] - arc.points[i - 1];
-                turn += std::atan2(before.cross(way).norm(), before.dot(way));
-            }
-            arc.wanted = length / (sizes_.largest_rel * diagonal);
-            if (length > 0.0 && turn > 0.0) {
-                // As for triangles: see SizeField.
-                const double bend = turn / length;
-                const double angle = std::pow(200.0 * sizes_.tolerance_rel * diagonal * bend, 0.25);
-                arc.wanted =
-                    std::max(arc.wanted, turn / std::clamp(angle, 0.3, 1.1)) * sizes_.fineness;
-            }
-            if (arc.start == arc.end)
-                arc.least = 4;
-            else if (pairs[std::minmax(arc.start, arc.end)] > 1)
-                arc.least = 2;
-        }
-    }
-
     TriMesh& mesh_;
     const geom::ModelSurface& reference_;
-    const ArcSizes& sizes_;
     PieceMesh pieces_;
     std::vector<Part> parts_;
     std::map<int, int> nodes_;
@@ -326,8 +317,8 @@ class Builder {
 
 }  // namespace
 
-BlockLayout brep_layout(TriMesh& mesh, const geom::ModelSurface& reference, const ArcSizes& sizes) {
-    return Builder(mesh, reference, sizes).build();
+BlockLayout brep_layout(TriMesh& mesh, const geom::ModelSurface& reference) {
+    return Builder(mesh, reference).build();
 }
 
 }  // namespace patchwright::layout

@@ -6,16 +6,10 @@
 
 namespace patchwright::layout {
 
-struct ArcSizes {
-    double tolerance_rel = 1e-3;  ///< of the diagonal: what the cage is to be fitted to
-    double largest_rel = 0.3;     ///< of the diagonal: longest edge
-    double fineness = 1.0;        ///< divides lengths by curvature
-};
-
 /// Cuts what the features of a mesh bound into discs with four corners, or three, five, two or
 /// none, which then are parted into blocks.
 /// @param mesh  even triangles, finer than the blocks are to be; changed
 /// @throw LayoutRefused
-BlockLayout brep_layout(TriMesh& mesh, const geom::ModelSurface& reference, const ArcSizes& sizes);
+BlockLayout brep_layout(TriMesh& mesh, const geom::ModelSurface& reference);
 
 }  // namespace patchwright::layout

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -31,8 +32,11 @@ std::vector<std::string> group_names(std::vector<std::string> names, const char*
 }
 
 /// Curves that cages keep as lines: all sharp and free ones, and smooth ones along edges that are
-/// rounded too tightly for faces of a cage, as those of blades are, or bend a little.
-std::vector<char> kept_curves(const geom::ModelSurface& reference) {
+/// rounded too tightly for faces of a cage, as those of blades are; for triangles also what bends a
+/// little.
+enum class Lines { OfTriangles, OfBlocks };
+
+std::vector<char> kept_curves(const geom::ModelSurface& reference, Lines lines) {
     constexpr double slight_bend_rad = 0.1, tight_rel = 6e-3, shortest_rel = 0.02;
     const double diagonal = reference.bounds().diagonal();
     const auto& curves = reference.features().curves;
@@ -56,8 +60,9 @@ std::vector<char> kept_curves(const geom::ModelSurface& reference) {
             }
             tight += std::abs(across) * tight_rel * diagonal > 1.0 ? 1 : 0;
         }
-        kept.push_back(curve.length > shortest_rel * diagonal &&
-                       (2 * tight > samples || curve.greatest_angle_rad > slight_bend_rad));
+        const bool bends =
+            lines == Lines::OfTriangles && curve.greatest_angle_rad > slight_bend_rad;
+        kept.push_back(curve.length > shortest_rel * diagonal && (2 * tight > samples || bends));
     }
     return kept;
 }
@@ -92,7 +97,7 @@ mesh::Cage joined(const std::vector<Blocks>& parts) {
 }
 
 /// How often lengths are scaled towards a number of faces, and the logarithm of what is near.
-constexpr int rounds_of_scaling = 3;
+constexpr int rounds_of_scaling = 4;
 constexpr double near_enough = 0.2;
 
 /// What a cage is made from.
@@ -105,7 +110,7 @@ struct Source {
 };
 
 Blocks remeshed(const Body& body, const Source& source, const CageOptions& options, double scale) {
-    TriMesh mesh(part_of(body, kept_curves(source.reference)));
+    TriMesh mesh(part_of(body, kept_curves(source.reference, Lines::OfTriangles)));
     RemeshOptions remeshing;
     remeshing.size.tolerance_rel = options.tolerance_rel;
     remeshing.size.fineness = options.fineness;
@@ -130,63 +135,79 @@ std::size_t face_count(const std::vector<Blocks>& parts) {
     return count;
 }
 
-std::vector<Recognised> recognise_all(const std::vector<Body>& bodies,
-                                      const geom::ModelSurface& reference, double fineness) {
-    std::vector<Recognised> result;
-    for (const Body& body : bodies) result.push_back(recognise(body, reference, fineness));
-    return result;
-}
-
-/// Blocks of every body that is recognised; of the others remeshed ones, but only where at least
-/// one is recognised and `remesh` allows it. Else there are no parts, only texts.
+/// Blocks of every body that is recognised; of the others blocks along their faces, or if one of
+/// them has none, remeshed ones, but only where at least one is recognised and `remesh` allows it.
+/// Else there are no parts, only texts.
 struct Aligned {
     std::vector<Blocks> parts;
     std::vector<std::string> texts;
-    int known = 0;       ///< bodies that are recognised
-    bool whole = false;  ///< all are
+    int known = 0;                              ///< bodies that are recognised
+    bool from_faces = false, remeshed = false;  ///< some of the others
 };
+
+/// Blocks along the faces of a body, into `part` where there are any.
+/// @return what came of it, for the user
+std::string lay_out_blocks(const Body& body, const std::vector<char>& borders, const Source& source,
+                           const CageOptions& options, double scale, std::optional<Blocks>& part) {
+    if (!source.has_faces) return "no blocks (triangles have no faces to lay blocks along)";
+    if (body.mesh->faces_without > 0) return "no blocks (faces could not be triangulated)";
+    BodyBlocks made = brep_blocks(body, borders, source.reference, source.names, options, scale);
+    if (!made.blocks) return fmt::format("no blocks ({})", made.refused);
+    try {
+        joined({*made.blocks});
+    } catch (const base::InputError& error) {
+        // Blocks of two faces may meet twice: then they are no cage.
+        return fmt::format("no blocks ({})", error.what());
+    }
+    part = std::move(*made.blocks);
+    return "blocks along its faces";
+}
 
 Aligned aligned(const occ::SurfaceMesh& mesh, const Source& source, const CageOptions& options) {
     const std::vector<Body> bodies = bodies_of(mesh);
+    std::vector<char> borders;
     double fineness = options.fineness;
     for (int round = 0;; ++round) {
+        // Columns go by its root.
+        const double scale = std::pow(fineness / options.fineness, -0.75);
         Aligned result;
-        std::vector<Recognised> found = recognise_all(bodies, source.reference, fineness);
-        for (const Recognised& one : found) {
-            result.texts.push_back(one.text);
-            result.known += one.blocks ? 1 : 0;
+        std::vector<std::optional<Blocks>> found;
+        std::vector<std::size_t> along_faces;
+        for (const Body& body : bodies) {
+            Recognised one = recognise(body, source.reference, fineness);
+            if (one.blocks) {
+                ++result.known;
+            } else if (!result.remeshed) {
+                if (borders.empty() && source.has_faces)
+                    borders = block_borders(mesh, source.reference,
+                                            kept_curves(source.reference, Lines::OfBlocks));
+                one.text +=
+                    ", " + lay_out_blocks(body, borders, source, options, scale, one.blocks);
+                if (one.blocks) along_faces.push_back(found.size());
+                result.remeshed = !one.blocks;
+            }
+            result.texts.push_back(std::move(one.text));
+            found.push_back(std::move(one.blocks));
         }
-        result.whole = std::size_t(result.known) == bodies.size();
-        if (result.known == 0 || (!result.whole && options.method == Method::Aligned))
-            return result;
+        // Blocks start coarse and are refined often, remeshed parts are not: one fit is for either.
+        if (result.remeshed) {
+            for (const std::size_t i : along_faces) {
+                found[i].reset();
+                result.texts[i] += ", remeshed as other bodies have none";
+            }
+        }
+        result.from_faces = !result.remeshed && !along_faces.empty();
+        const bool none =
+            std::none_of(found.begin(), found.end(), [](const auto& b) { return b.has_value(); });
+        if (none || (result.remeshed && options.method == Method::Aligned)) return result;
         for (std::size_t i = 0; i < found.size(); ++i)
-            result.parts.push_back(found[i].blocks
-                                       ? std::move(*found[i].blocks)
-                                       : remeshed(bodies[i], source, options,
-                                                  std::pow(fineness / options.fineness, -0.75)));
+            result.parts.push_back(found[i] ? std::move(*found[i])
+                                            : remeshed(bodies[i], source, options, scale));
         if (options.target_faces == 0 || round == rounds_of_scaling) return result;
         const double ratio = options.target_faces / double(face_count(result.parts));
         if (std::abs(std::log(ratio)) < near_enough) return result;
-        fineness *= std::pow(ratio, 2.0 / 3.0);  // columns go by its root
+        fineness *= std::pow(ratio, 2.0 / 3.0);
     }
-}
-
-/// A cage of blocks along the model's faces into `result`.
-/// @return why there is none; empty: there is one
-std::string lay_out_blocks(const occ::SurfaceMesh& mesh, const Source& source,
-                           const CageOptions& options, CageResult& result) {
-    if (!source.has_faces) return "triangles have no faces to lay blocks along";
-    const BrepCage made = brep_parts(mesh, source.reference, source.names, options);
-    if (!made.refused.empty()) return made.refused;
-    try {
-        result.cage = joined(made.parts);
-    } catch (const base::InputError& error) {
-        return error.what();  // blocks of two faces may meet twice: then they are no cage
-    }
-    result.method = Method::Aligned;
-    result.from_faces = true;
-    result.notices.push_back("laid out in blocks along its faces");
-    return {};
 }
 
 CageResult make_cage(const Source& source, const CageOptions& options) {
@@ -204,17 +225,14 @@ CageResult make_cage(const Source& source, const CageOptions& options) {
         parts = std::move(found.parts);
         if (!parts.empty()) result.recognised = found.known;
         result.layout = std::move(found.texts);
-        if (found.whole) result.method = Method::Aligned;
-        if (parts.empty()) {
-            const std::string refused = lay_out_blocks(fine, source, options, result);
-            if (refused.empty()) return result;
-            if (options.method == Method::Aligned)
-                throw base::InputError(
-                    fmt::format("no layout was recognised for the model ({}; no blocks: {}); use "
-                                "--layout remesh or auto",
-                                fmt::join(result.layout, "; "), refused));
-            result.notices.push_back("remeshed, as no layout of blocks was found: " + refused);
-        }
+        result.from_faces = found.from_faces;
+        if (!found.remeshed) result.method = Method::Aligned;
+        if (parts.empty() && options.method == Method::Aligned)
+            throw base::InputError(
+                fmt::format("no layout was recognised for the model ({}); use --layout remesh or "
+                            "auto",
+                            fmt::join(result.layout, "; ")));
+        if (parts.empty()) result.notices.push_back("remeshed, as no layout of blocks was found");
     }
     if (parts.empty()) {
         const occ::SurfaceMesh surface = source.triangles(deflection_rel * diagonal);

@@ -67,6 +67,7 @@ PieceMesh::PieceMesh(TriMesh& mesh, const geom::ModelSurface& reference)
     node_.assign(at(mesh_.vertex_count()), 0);
     find_nodes();
     natural_ = node_;
+    widen_corners();
 }
 
 /// Ends and junctions of walls, and places where one bends.
@@ -96,6 +97,55 @@ void PieceMesh::find_nodes() {
             node = curves[0] != curves[1] || -ways[0].dot(ways[1]) < kink_cosine;
         }
         if (node) node_[at(v)] = 1;
+    }
+}
+
+double PieceMesh::angle_from(int v, int next) const {
+    const EdgeSides first = mesh_.sides(v, next);
+    int t = -1, k = -1;
+    for (std::size_t i = 0; i < 2 && t < 0; ++i) {
+        if (first.triangle[i] < 0) continue;
+        const int corner = corner_of(mesh_, first.triangle[i], v);
+        if (mesh_.triangle(first.triangle[i])[at((corner + 1) % 3)] != next) continue;
+        t = first.triangle[i];
+        k = corner;
+    }
+    double angle = 0.0;
+    while (t >= 0) {
+        angle += angle_at(mesh_, t, k);
+        const int other = mesh_.triangle(t)[at((k + 2) % 3)];
+        if (is_wall(v, other)) break;
+        const EdgeSides s = mesh_.sides(v, other);
+        t = s.triangle[0] == t ? s.triangle[1] : s.triangle[0];
+        if (t >= 0) k = corner_of(mesh_, t, v);
+    }
+    return angle;
+}
+
+/// Where two pieces meet with a corner of each, as the two sides of a plate do, one of them gets
+/// two quads there: an inner vertex needs three.
+void PieceMesh::widen_corners() {
+    std::vector<int> piece_of(at(mesh_.triangle_count()), -1);
+    for (const int seed : seeds())
+        for (const int t : triangles_from(seed)) piece_of[at(t)] = seed;
+    for (int v = 0; v < int(natural_.size()); ++v) {
+        if (natural_[at(v)] == 0 || mesh_.is_boundary(v)) continue;
+        int walls = 0, chosen = -1, lowest = -1;
+        bool narrow = true;
+        for (const int w : mesh_.neighbours(v)) {
+            if (!is_wall(v, w)) continue;
+            ++walls;
+            narrow = narrow && faces_for(angle_from(v, w)) == 1;
+            const EdgeSides s = mesh_.sides(v, w);
+            for (const int t : s.triangle) {
+                const int k = corner_of(mesh_, t, v);
+                const bool starts = mesh_.triangle(t)[at((k + 1) % 3)] == w;
+                if (!starts || (lowest >= 0 && piece_of[at(t)] > lowest)) continue;
+                lowest = piece_of[at(t)];
+                chosen = w;
+            }
+        }
+        if (walls == 2 && narrow) sectors_[{v, chosen}] = {angle_from(v, chosen), 2};
     }
 }
 
@@ -262,7 +312,7 @@ Piece PieceMesh::piece(int triangle) {
 }
 
 void PieceMesh::cut(const Piece& piece, const PiecePath& path, const Parting& start,
-                    const Parting& end) {
+                    const Parting& end, bool held) {
     std::vector<int> vertices;
     for (const int i : path) vertices.push_back(piece.vertices[at(i)]);
     for (std::size_t i = 0; i + 1 < vertices.size(); ++i)
@@ -275,6 +325,7 @@ void PieceMesh::cut(const Piece& piece, const PiecePath& path, const Parting& st
     };
     part(path.front(), vertices[1], start);
     part(path.back(), vertices[vertices.size() - 2], end);
+    if (held) held_.insert(vertices.begin(), vertices.end());
     cuts_.push_back(std::move(vertices));
 }
 
@@ -309,7 +360,7 @@ int PieceMesh::split_wall(int a, int b) {
 }
 
 void PieceMesh::smooth_cuts() {
-    constexpr int rounds = 60, project_every = 5;
+    constexpr int rounds = 60, project_every = 5, rounds_of_held = 5;
     std::vector<std::vector<int>> next(at(mesh_.vertex_count()));
     std::vector<char> held(next.size(), 0);
     for (const auto& [a, b] : walls_) {
@@ -333,6 +384,7 @@ void PieceMesh::smooth_cuts() {
     }
     for (int round = 1; round <= rounds; ++round) {
         for (const int v : moving) {
+            if (round > rounds_of_held && held_.contains(v)) continue;
             Vec3 sum = Vec3::Zero();
             for (const int w : next[at(v)]) sum += mesh_.point(w);
             mesh_.move(v, sum / double(next[at(v)].size()));

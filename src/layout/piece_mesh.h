@@ -65,7 +65,9 @@ class PieceMesh {
     /// have room.
     Piece piece(int triangle);
     /// Makes a path a wall; its ends become nodes.
-    void cut(const Piece& piece, const PiecePath& path, const Parting& start, const Parting& end);
+    /// @param held  it stays where it is when cuts are straightened, but for its zigzag
+    void cut(const Piece& piece, const PiecePath& path, const Parting& start, const Parting& end,
+             bool held = false);
     void make_node(int v) { node_[std::size_t(v)] = 1; }
 
     /// Puts a vertex into a wall, half way along it; returns it. Pieces must be made anew then.
@@ -85,6 +87,9 @@ class PieceMesh {
     [[nodiscard]] std::vector<int> triangles_from(int triangle) const;
     void split_bridges(const std::vector<int>& triangles);
     void find_nodes();
+    void widen_corners();
+    /// Of the piece on the left of the way from v along a wall.
+    [[nodiscard]] double angle_from(int v, int next) const;
     void walk_border(Piece& piece, const std::map<int, int>& local, int t, int k,
                      std::vector<std::array<int, 3>>& points,
                      std::set<std::pair<int, int>>& walked) const;
@@ -99,6 +104,7 @@ class PieceMesh {
     };
     std::map<std::pair<int, int>, Sector> sectors_;  // by vertex and next one on the border
     std::vector<std::vector<int>> cuts_;
+    std::set<int> held_;  ///< vertices that smooth_cuts() moves little
 };
 
 }  // namespace patchwright::layout

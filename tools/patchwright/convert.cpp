@@ -23,8 +23,10 @@ struct ConvertOptions {
     int samples = 20000;
 };
 
-// Cages made one after the other at most, and faces of one that is tried after the first.
+// Cages made one after the other at most, one more where the best one just misses, and faces of one
+// that is tried after the first.
 constexpr int most_tries = 3, most_faces_again = 4000;
+constexpr double just_missed_by = 1.5;
 
 struct Attempt {
     mesh::Cage fitted;
@@ -117,16 +119,17 @@ int finish(Run& run, const ConvertOptions& options, const Attempt& attempt,
     return attempt.met() ? Done : ToleranceMissed;
 }
 
-/// How the next cage is made: finer where the last one missed. Blocks of faces have been refined
-/// already. Far off, the recognised shape is not what the model is.
+/// How the next cage is made: finer where the last one missed. Far off, the recognised shape is not
+/// what the model is; blocks along faces, which start coarse, get finer once.
 LayoutOptions next_layout(const LayoutOptions& last, const Attempt& attempt,
                           const layout::CageResult& made, double diagonal) {
-    constexpr double far_off = 10.0, radius_rel = 0.04;
+    constexpr double far_off = 10.0, far_off_for_blocks = 50.0, radius_rel = 0.04;
     LayoutOptions next = last;
     if (made.method == layout::Method::Aligned) {
-        const bool off = made.from_faces || attempt.deviation > far_off * attempt.tolerance;
-        if (off && last.method == "auto")
-            next.method = "remesh";
+        const double far = made.from_faces ? far_off_for_blocks : far_off;
+        const bool again = made.from_faces && last.fineness > 1.0;
+        if ((again || attempt.deviation > far * attempt.tolerance) && last.method == "auto")
+            next = {.method = "remesh", .target_faces = last.target_faces};
         else
             next.fineness *= 2.0;
         return next;
@@ -145,15 +148,15 @@ LayoutOptions next_layout(const LayoutOptions& last, const Attempt& attempt,
         }
     }
     // Nothing was recognised, and blocks were refused: they would be again.
-    if (made.recognised == 0 && next.finer_at.size() > last.finer_at.size()) next.method = "remesh";
+    if (made.recognised == 0 && !made.from_faces && next.finer_at.size() > last.finer_at.size())
+        next.method = "remesh";
     return next;
 }
 
 /// What the next cage will be like, for the user; empty when it would be the same again.
 std::string describe_next(const LayoutOptions& last, const LayoutOptions& next) {
     const std::size_t places = next.finer_at.size() - last.finer_at.size();
-    if (next.method != last.method && places == 0)
-        return "too far for a layout along the shape: remeshed next";
+    if (next.method != last.method && places == 0) return "remeshed next";
     if (next.fineness != last.fineness) return "next with twice as many lines";
     if (places == 0) return {};
     return fmt::format("next with edges of half the length around {} places", places);
@@ -168,7 +171,7 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
     std::optional<Attempt> best;
     bool best_is_written = true;
     int best_number = 0;
-    for (int number = 1; number <= most_tries; ++number) {
+    for (int number = 1;; ++number) {
         const layout::CageResult made = make_cage(run, input, how, tolerance);
         run.end_stage("layout");
         const int faces = made.cage.topology->face_count();
@@ -200,8 +203,9 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
             if (met) break;
         }
         const LayoutOptions next = next_layout(how, *of_this, made, reference.bounds().diagonal());
-        const std::string another =
-            met || number == most_tries ? std::string() : describe_next(how, next);
+        const bool nearly = best->valid && best->deviation < just_missed_by * best->tolerance;
+        const bool last = met || number >= most_tries + (nearly ? 1 : 0);
+        const std::string another = last ? std::string() : describe_next(how, next);
         if (!met || number > 1) {
             run.notice(fmt::format("cage {} of {} faces leaves {:.2g} of the diagonal{}{}{}",
                                    number, faces, of_this->deviation,

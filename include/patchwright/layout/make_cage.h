@@ -38,7 +38,7 @@ struct CageResult {
     mesh::Cage cage;
     Method method = Method::Remesh;    ///< what was used: Aligned or Remesh
     int recognised = 0;                ///< bodies laid out as wings, blades or nacelles
-    bool from_faces = false;           ///< aligned by the faces of the model, not as a wing
+    bool from_faces = false;           ///< some bodies are laid out along their faces
     std::vector<std::string> notices;  ///< one line each, for the user
     /// One line a body unless all were to be remeshed: what it was recognised as, or why not.
     std::vector<std::string> layout;

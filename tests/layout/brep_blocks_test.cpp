@@ -1,0 +1,106 @@
+// Blocks along the faces of models whose CAD is the limit surface of a cage that only the test
+// knows.
+#include "support/cages.h"
+
+#include <patchwright/fit/fit.h>
+#include <patchwright/layout/make_cage.h>
+#include <patchwright/occ/assemble.h>
+#include <patchwright/patch/extract.h>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace patchwright {
+namespace {
+
+using geom::Vec3;
+
+struct Shape {
+    occ::CadModel model;
+    occ::CadReference reference;
+};
+
+Shape shape_of(const mesh::Cage& cage) {
+    occ::CadModel model = occ::assemble(patch::extract(cage).patches);
+    occ::CadReference reference(model);
+    return {std::move(model), std::move(reference)};
+}
+
+/// Of all samples after a fit, of the diagonal.
+double fitted_distance(const mesh::Cage& cage, const Shape& shape) {
+    const double diagonal = shape.reference.bounds().diagonal();
+    const auto result =
+        fit::fit(cage, shape.reference, {.tolerance_mm = 1e-4 * diagonal, .keeps_form = false});
+    return result.levels[std::size_t(result.best_level)].max_mm / diagonal;
+}
+
+/// Points and faces of a flat bottom with a sharp rim of four corners and a smooth dome over it:
+/// both meet with one corner each in every corner of the rim.
+struct Cushion {
+    std::vector<Vec3> points;
+    std::vector<std::vector<int>> faces = test::cube_faces;
+    mesh::TopologyInput tags;
+
+    Cushion() {
+        for (int v = 0; v < 8; ++v) {
+            const double half = v < 4 ? 50.0 : 25.0;
+            points.emplace_back(half * (2 * (v & 1) - 1), half * (2 * (v >> 1 & 1) - 1),
+                                v < 4 ? 0.0 : 20.0);
+        }
+        for (const auto& [a, b] : {std::array{0, 1}, {1, 3}, {3, 2}, {2, 0}})
+            tags.creases.push_back({a, b, mesh::infinite_sharpness});
+        for (int v = 0; v < 4; ++v) tags.corners.push_back({v, mesh::infinite_sharpness});
+    }
+};
+
+}  // namespace
+
+TEST_CASE("two faces that meet in their corners become blocks with three quads there", "[layout]") {
+    const Cushion cushion;
+    const Shape shape = shape_of(test::make_cage(cushion.points, cushion.faces, cushion.tags));
+    const auto made =
+        layout::make_cage(shape.model, shape.reference, {.method = layout::Method::Aligned});
+    REQUIRE(made.layout.size() == 1);
+    INFO(made.layout[0]);
+    CHECK(made.from_faces);
+    const mesh::Topology& topology = *made.cage.topology;
+    CHECK(topology.is_closed());
+    CHECK(topology.all_quads());
+    // Of a frame around a square, and the corners of the rim.
+    CHECK(mesh::summarise(topology).extraordinary <= 8);
+    CHECK(mesh::summarise(topology).corners == 4);
+    CHECK(fitted_distance(made.cage, shape) < 1e-4);
+}
+
+TEST_CASE("bodies that are nothing known are laid out along their faces beside known ones",
+          "[layout]") {
+    Cushion both;
+    // A smooth body around an axis, as in aero_test.cpp, above it.
+    for (int v = 0; v < 8; ++v)
+        both.points.emplace_back(250.0 * (2 * (v & 1) - 1), 100.0 * (2 * (v >> 1 & 1) - 1),
+                                 300.0 + 100.0 * (2 * (v >> 2) - 1));
+    for (const auto& face : test::cube_faces) {
+        both.faces.push_back(face);
+        for (int& v : both.faces.back()) v += 8;
+    }
+    const Shape shape = shape_of(test::make_cage(both.points, both.faces, both.tags));
+    const auto made = layout::make_cage(shape.model, shape.reference);
+    REQUIRE(made.layout.size() == 2);
+    INFO(made.layout[0] << "\n" << made.layout[1]);
+    CHECK(made.method == layout::Method::Aligned);
+    CHECK(made.from_faces);
+    const auto told = [&](const char* what) {
+        return std::count_if(made.layout.begin(), made.layout.end(), [&](const std::string& text) {
+            return text.find(what) != std::string::npos;
+        });
+    };
+    CHECK(told("body around an axis") == 1);
+    CHECK(told("blocks along its faces") == 1);
+    CHECK(made.cage.topology->is_closed());
+    CHECK(fitted_distance(made.cage, shape) < 1e-4);
+}
+
+}  // namespace patchwright
