@@ -198,7 +198,7 @@ class Remeshing {
     /// Flips to the triangles whose least angles are larger and that bend no more.
     bool try_flip(int a, int b) {
         const EdgeSides s = mesh_.sides(a, b);
-        if (!mesh_.can_flip(a, b)) return false;
+        if (s.triangle[1] < 0) return false;
         const int c = mesh_.triangle(s.triangle[0])[std::size_t((s.side[0] + 2) % 3)];
         const int d = mesh_.triangle(s.triangle[1])[std::size_t((s.side[1] + 2) % 3)];
         const Vec3 &pa = mesh_.point(a), &pb = mesh_.point(b), &pc = mesh_.point(c),
@@ -206,7 +206,12 @@ class Remeshing {
         const auto angle = [](const Vec3& at, const Vec3& p, const Vec3& q) {
             return std::atan2((p - at).cross(q - at).norm(), (p - at).dot(q - at));
         };
+        // Most edges by far are good ones, so what is cheap is asked first: the sine of both angles'
+        // sum is negative beyond pi.
+        const Vec3 ca = pa - pc, cb = pb - pc, da = pa - pd, db = pb - pd;
+        if (ca.cross(cb).norm() * da.dot(db) + da.cross(db).norm() * ca.dot(cb) > 0.0) return false;
         if (angle(pc, pa, pb) + angle(pd, pa, pb) < 1.02 * M_PI) return false;
+        if (!mesh_.can_flip(a, b)) return false;
         // Orientation: from, to of the first triangle.
         const int from = mesh_.triangle(s.triangle[0])[std::size_t(s.side[0])];
         const Vec3 &pf = mesh_.point(from), &pt = mesh_.point(from == a ? b : a);

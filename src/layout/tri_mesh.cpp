@@ -98,7 +98,14 @@ bool TriMesh::is_feature(int a, int b) const {
     return s.triangle[0] >= 0 && curve(s.triangle[0], s.side[0]) >= 0;
 }
 
-bool TriMesh::is_boundary(int v) const { return neighbours(v).size() != fans_[at(v)].size(); }
+bool TriMesh::is_boundary(int v) const {
+    // Neighbours are met twice in a closed fan, the first and the last one of an open fan once.
+    int odd = 0;
+    for (const int t : fans_[at(v)])
+        for (const int w : triangles_[at(t)])
+            if (w != v) odd ^= w;
+    return odd != 0;
+}
 
 Vec3 TriMesh::area_vector(int t) const {
     const auto& [a, b, c] = triangles_[at(t)];
