@@ -92,15 +92,7 @@ class Gridder {
             add_arc(layout_.arcs[a], divisions_.edges[a]);
         for (std::size_t b = 0; b < layout_.blocks.size(); ++b)
             add_block(layout_.blocks[b], divisions_.turns[b]);
-        // What sticks out loses its points to its foot unless they are kept within the surface; in
-        // hollows it is the other way round.
-        const std::vector<Vec3> before = blocks_.points;
-        for (const bool within : {true, false}) {
-            blocks_.points = before;
-            even_out(within);
-            untangle(blocks_.faces, blocks_.points, freedom_, reference_);
-            if (folded().empty()) break;
-        }
+        open_folds();
         check();
         for (std::size_t f = 0; f < blocks_.faces.size(); ++f) {
             const geom::FootPoint foot = reference_.foot_point(middle(f), area(f).normalized());
@@ -110,6 +102,24 @@ class Gridder {
     }
 
   private:
+    /// What sticks out loses its points to its foot unless they are kept within the surface; in
+    /// hollows it is the other way round. Where many quads fold, moving points opens some of them
+    /// only, and is not worth its time.
+    void open_folds() {
+        constexpr double most_folded = 0.04, most_left = 0.01;
+        const auto exceeds = [&](double share) {
+            return double(folded().size()) > std::ceil(share * double(blocks_.faces.size()));
+        };
+        const std::vector<Vec3> before = blocks_.points;
+        for (const bool within : {true, false}) {
+            blocks_.points = before;
+            even_out(within);
+            if (exceeds(most_folded)) return;
+            untangle(blocks_.faces, blocks_.points, freedom_, reference_);
+            if (folded().empty() || exceeds(most_left)) return;
+        }
+    }
+
     int add_point(const Vec3& p, const Freedom& freedom) {
         blocks_.points.push_back(p);
         freedom_.push_back(freedom);

@@ -201,10 +201,11 @@ BlockLayout layout_of(const Body& body, const std::vector<char>& borders, double
 /// @throw LayoutRefused
 Blocks blocks_of(BlockLayout& layout, ArcSizes sizes, const geom::ModelSurface& reference,
                  const std::vector<std::string>& face_names) {
-    // What sticks out of the middle of a block is seen by no line along it; what folds when it is
-    // coarse may not when it is finer.
+    // What sticks out of the middle of a block is seen by no line along it, unless there are many;
+    // what folds when it is coarse may not when it is finer.
     constexpr double most_sag = 0.3, finer = 0.7;
     constexpr int most_rounds = 4, most_refused = 2;
+    constexpr std::size_t many = 500;
     std::optional<Blocks> last;
     for (int round = 0;; ++round, sizes.scale *= finer) {
         set_wanted(layout, reference, sizes);
@@ -215,7 +216,9 @@ Blocks blocks_of(BlockLayout& layout, ArcSizes sizes, const geom::ModelSurface& 
             if (round == most_refused) throw;
             continue;
         }
-        if (round == most_rounds || worst_sag(*last, reference) < most_sag) break;
+        if (round == most_rounds || last->faces.size() > many ||
+            worst_sag(*last, reference) < most_sag)
+            break;
     }
     return std::move(*last);
 }
@@ -240,6 +243,7 @@ BodyBlocks brep_blocks(const Body& body, const std::vector<char>& borders,
     // round.
     constexpr double fine_rel = 1e-4, loose_rel = 1e-3;
     BodyBlocks result;
+    bool for_good = false;
     const auto attempt = [&](double of_triangles, const std::vector<double>& of_edges) {
         std::optional<BlockLayout> layout;
         for (const double tolerance_rel : of_edges) {
@@ -251,6 +255,7 @@ BodyBlocks brep_blocks(const Body& body, const std::vector<char>& borders,
                 return true;
             } catch (const LayoutRefused& refusal) {
                 if (result.refused.empty()) result.refused = refusal.why;
+                for_good = refusal.for_good;
                 if (!layout) return false;
             }
         }
@@ -259,7 +264,7 @@ BodyBlocks brep_blocks(const Body& body, const std::vector<char>& borders,
     std::vector<double> of_edges{options.tolerance_rel};
     if (options.tolerance_rel < loose_rel) of_edges.push_back(loose_rel);
     if (attempt(options.tolerance_rel, of_edges) ||
-        (options.tolerance_rel > fine_rel && attempt(fine_rel, {fine_rel})))
+        (options.tolerance_rel > fine_rel && !for_good && attempt(fine_rel, {fine_rel})))
         result.refused.clear();
     return result;
 }

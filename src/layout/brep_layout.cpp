@@ -139,7 +139,7 @@ class Builder {
                              : part.form == PieceForm::Disc  ? 4
                              : part.form == PieceForm::Drop  ? 5
                                                              : 1;
-        if (part.form == PieceForm::Sphere) throw LayoutRefused{"a face is closed in itself"};
+        if (part.form == PieceForm::Sphere) throw LayoutRefused{"a face is closed in itself", true};
         constexpr int rounds = 6;
         for (int round = 0; round < rounds; ++round) {
             const Piece piece = pieces_.piece(part.seed);

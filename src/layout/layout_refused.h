@@ -8,6 +8,7 @@ namespace patchwright::layout {
 /// The model is not one for this layout: the text says why.
 struct LayoutRefused {
     std::string why;
+    bool for_good = false;  ///< other triangles and sizes would change nothing
 };
 
 }  // namespace patchwright::layout

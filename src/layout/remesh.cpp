@@ -206,8 +206,8 @@ class Remeshing {
         const auto angle = [](const Vec3& at, const Vec3& p, const Vec3& q) {
             return std::atan2((p - at).cross(q - at).norm(), (p - at).dot(q - at));
         };
-        // Most edges by far are good ones, so what is cheap is asked first: the sine of both angles'
-        // sum is negative beyond pi.
+        // Most edges by far are good ones, so what is cheap is asked first: the sine of both
+        // angles' sum is negative beyond pi.
         const Vec3 ca = pa - pc, cb = pb - pc, da = pa - pd, db = pb - pd;
         if (ca.cross(cb).norm() * da.dot(db) + da.cross(db).norm() * ca.dot(cb) > 0.0) return false;
         if (angle(pc, pa, pb) + angle(pd, pa, pb) < 1.02 * M_PI) return false;
