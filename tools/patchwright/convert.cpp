@@ -38,8 +38,16 @@ struct Attempt {
     bool written = false;    ///< else figures are those of the model in memory
 
     [[nodiscard]] bool met() const { return deviation <= tolerance && valid; }
+    /// Long sharp curves of the input that are none of the output's.
+    [[nodiscard]] std::size_t lost_curves() const {
+        const auto& curves = report.deviation->long_sharp;
+        return curves ? curves->missed.size() : 0;
+    }
     [[nodiscard]] bool better_than(const Attempt& other) const {
-        return valid != other.valid ? valid : deviation < other.deviation;
+        if (valid != other.valid) return valid;
+        if (met() && other.met() && lost_curves() != other.lost_curves())
+            return lost_curves() < other.lost_curves();
+        return deviation < other.deviation;
     }
 };
 
@@ -120,15 +128,18 @@ int finish(Run& run, const ConvertOptions& options, const Attempt& attempt,
 }
 
 /// How the next cage is made: finer where the last one missed. Far off, the recognised shape is not
-/// what the model is; blocks along faces, which start coarse, get finer once.
+/// what the model is; blocks along faces, which start coarse, get finer once as long as they are
+/// few and lose no curves.
 LayoutOptions next_layout(const LayoutOptions& last, const Attempt& attempt,
                           const layout::CageResult& made, double diagonal) {
-    constexpr double far_off = 10.0, far_off_for_blocks = 50.0, radius_rel = 0.04;
+    constexpr double far_off = 10.0, radius_rel = 0.04;
+    constexpr int few_faces = 500;
     LayoutOptions next = last;
     if (made.method == layout::Method::Aligned) {
-        const double far = made.from_faces ? far_off_for_blocks : far_off;
-        const bool again = made.from_faces && last.fineness > 1.0;
-        if ((again || attempt.deviation > far * attempt.tolerance) && last.method == "auto")
+        const bool again = made.from_faces ? last.fineness == 1.0 && attempt.lost_curves() == 0 &&
+                                                 made.cage.topology->face_count() < few_faces
+                                           : attempt.deviation <= far_off * attempt.tolerance;
+        if (!again && last.method == "auto")
             next = {.method = "remesh", .target_faces = last.target_faces};
         else
             next.fineness *= 2.0;
@@ -188,7 +199,8 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
             fit.keeps_form = held;
             Attempt now =
                 attempt(run, options, made.cage, fit, reference, parts ? &*parts : nullptr);
-            met = now.met();
+            // Blocks that lose sharp curves are no better than triangles that keep them.
+            met = now.met() && (now.lost_curves() == 0 || !made.from_faces || how.method != "auto");
             if (held && !met)
                 run.notice(fmt::format(
                     "cage {} of {} faces, held to its form, leaves {:.2g} of the diagonal", number,
@@ -207,10 +219,11 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
         const bool last = met || number >= most_tries + (nearly ? 1 : 0);
         const std::string another = last ? std::string() : describe_next(how, next);
         if (!met || number > 1) {
-            run.notice(fmt::format("cage {} of {} faces leaves {:.2g} of the diagonal{}{}{}",
-                                   number, faces, of_this->deviation,
-                                   of_this->valid ? "" : ", and the shape is not valid",
-                                   another.empty() ? "" : "; ", another));
+            run.notice(fmt::format(
+                "cage {} of {} faces leaves {:.2g} of the diagonal{}{}{}{}", number, faces,
+                of_this->deviation, of_this->valid ? "" : ", and the shape is not valid",
+                of_this->lost_curves() == 0 ? "" : ", long sharp curves are lost",
+                another.empty() ? "" : "; ", another));
         }
         how = next;
         if (another.empty()) break;

@@ -74,14 +74,20 @@ double relative_tolerance(const FitCommandOptions& options,
 }
 
 FitCommandOptions for_made_cage(FitCommandOptions options, const layout::CageResult& made) {
-    // Blocks are coarse and refined in single strips; remeshed cages grow fourfold.
+    // Blocks are coarse and refined in single strips; remeshed cages grow fourfold. Blocks that
+    // need many times the faces they came with are not what the model is like.
     constexpr int most_levels = 2, most_levels_of_blocks = 5, most_vertices = 40000;
+    constexpr int most_vertices_of_block = 8, vertices_to_begin_with = 2000;
     // Remeshed faces and blocks have the form they happen to have.
     options.keeps_form = made.method == layout::Method::Aligned && !made.from_faces;
     if (options.keeps_form) return options;
     options.max_levels =
         std::min(options.max_levels, made.from_faces ? most_levels_of_blocks : most_levels);
-    options.max_vertices = std::min(options.max_vertices, most_vertices);
+    const int faces = made.cage.topology->face_count();
+    options.max_vertices =
+        std::min({options.max_vertices, most_vertices,
+                  made.from_faces ? vertices_to_begin_with + most_vertices_of_block * faces
+                                  : most_vertices});
     return options;
 }
 
