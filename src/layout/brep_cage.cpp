@@ -205,7 +205,7 @@ Blocks blocks_of(BlockLayout& layout, ArcSizes sizes, const geom::ModelSurface& 
     // what folds when it is coarse may not when it is finer.
     constexpr double most_sag = 0.3, finer = 0.7;
     constexpr int most_rounds = 4, most_refused = 2;
-    constexpr std::size_t many = 500;
+    constexpr std::size_t many = 1000;
     std::optional<Blocks> last;
     for (int round = 0;; ++round, sizes.scale *= finer) {
         set_wanted(layout, reference, sizes);

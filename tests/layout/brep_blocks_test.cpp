@@ -1,5 +1,6 @@
 // Blocks along the faces of models whose CAD is the limit surface of a cage that only the test
 // knows.
+#include "layout/untangle.h"
 #include "support/cages.h"
 
 #include <patchwright/fit/fit.h>
@@ -101,6 +102,62 @@ TEST_CASE("bodies that are nothing known are laid out along their faces beside k
     CHECK(told("blocks along its faces") == 1);
     CHECK(made.cage.topology->is_closed());
     CHECK(fitted_distance(made.cage, shape) < 1e-4);
+}
+
+TEST_CASE("folded quads are opened, well formed ones stay", "[layout]") {
+    const Shape shape = shape_of(test::grid(6, 6));  // in the plane z = 0
+    constexpr int n = 5;
+    std::vector<Vec3> points;
+    std::vector<layout::Freedom> freedom;
+    std::vector<std::vector<int>> faces;
+    for (int i = 0; i < n; ++i) {
+        for (int j = 0; j < n; ++j) {
+            const bool inside = i > 0 && j > 0 && i + 1 < n && j + 1 < n;
+            points.emplace_back(1.0 + i, 1.0 + j, 0.0);
+            freedom.push_back({inside, -1});
+            const int v = i * n + j;
+            if (i + 1 < n && j + 1 < n) faces.push_back({v, v + n, v + n + 1, v + 1});
+        }
+    }
+    const auto least_sine = [&] {
+        double least = 1.0;
+        for (const auto& face : faces)
+            for (int k = 0; k < 4; ++k)
+                least = std::min(least, layout::corner_sine(points, face, k, Vec3(0.0, 0.0, 1.0)));
+        return least;
+    };
+    const std::vector<Vec3> even = points;
+    layout::untangle(faces, points, freedom, shape.reference);
+    CHECK(points == even);
+    // Beyond the diagonal of the next quad: all four quads around it are concave or folded.
+    points[2 * n + 2] += Vec3(1.3, 1.2, 0.0);
+    REQUIRE(least_sine() < -0.5);
+    layout::untangle(faces, points, freedom, shape.reference);
+    CHECK(least_sine() > 0.15);  // what counts as well formed
+    for (std::size_t v = 0; v < points.size(); ++v) {
+        CHECK(std::abs(points[v].z()) < 1e-12);
+        if (!freedom[v].free) CHECK(points[v] == even[v]);
+    }
+}
+
+TEST_CASE("a cone's tip inside a face is refused, whatever the triangles are", "[layout]") {
+    // A pyramid of smooth faces over a bottom with a sharp rim; its top is a corner.
+    std::vector<Vec3> points;
+    for (int v = 0; v < 4; ++v)
+        points.emplace_back(50.0 * (2 * (v & 1) - 1), 50.0 * (2 * (v >> 1 & 1) - 1), 0.0);
+    points.emplace_back(0.0, 0.0, 80.0);
+    const std::vector<std::vector<int>> faces{
+        {0, 2, 3, 1}, {0, 1, 4}, {1, 3, 4}, {3, 2, 4}, {2, 0, 4}};
+    mesh::TopologyInput tags;
+    for (const auto& [a, b] : {std::array{0, 1}, {1, 3}, {3, 2}, {2, 0}})
+        tags.creases.push_back({a, b, mesh::infinite_sharpness});
+    tags.corners.push_back({4, mesh::infinite_sharpness});
+    const Shape shape = shape_of(test::make_cage(points, faces, tags));
+    const auto made = layout::make_cage(shape.model, shape.reference);
+    REQUIRE(made.layout.size() == 1);
+    INFO(made.layout[0]);
+    CHECK(made.method == layout::Method::Remesh);
+    CHECK(made.layout[0].find("no blocks (a cone's tip is inside a face)") != std::string::npos);
 }
 
 }  // namespace patchwright

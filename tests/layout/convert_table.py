@@ -23,7 +23,7 @@ def kept(report):
     return f"{curves['count'] - len(curves['missed'])} of {curves['count']}" if curves else "-"
 
 
-def convert(program, file, tolerance, seconds, folder, most_patches=None):
+def convert(program, file, tolerance, seconds, folder, most_patches=None, all_curves=False):
     """(state, row): state is met, missed, refused or failed."""
     report, output = folder / "report.json", folder / "out.step"
     for old in (report, output):
@@ -47,6 +47,8 @@ def convert(program, file, tolerance, seconds, folder, most_patches=None):
         state = "failed"
     if most_patches is not None and r["patches"]["count"] > most_patches:
         state = "failed"
+    if all_curves and r.get("sharp_curves", {}).get("long", {}).get("missed"):
+        state = "failed"
     return state, (f"| {file.name} | {r['input']['faces']} | {r['cage']['faces']} | {r['cage']['extraordinary']} | {r['patches']['count']} | "
                    f"{'yes' if solid['closed'] else 'open'}, {'yes' if solid['valid'] else 'no'} | {out:.1e}, {back:.1e} | "
                    f"{tolerance}: {state} | {kept(r)} | {r['seconds']['total']:.1f} |")
@@ -60,6 +62,7 @@ def main():
     parser.add_argument("--seconds", type=float, default=120)
     parser.add_argument("--at-least", type=int)
     parser.add_argument("--most-patches", type=int, help="more than these count as failed")
+    parser.add_argument("--all-curves", action="store_true", help="a long sharp curve that is lost counts as failed")
     args = parser.parse_args()
     files = [f for i in args.inputs for f in (sorted(i.iterdir()) if i.is_dir() else [i]) if f.suffix.lower() in SUFFIXES]
     print(HEADER)
@@ -67,7 +70,7 @@ def main():
     states = []
     with tempfile.TemporaryDirectory() as folder:
         for file in files:
-            state, row = convert(args.program, file, args.tolerance, args.seconds, pathlib.Path(folder), args.most_patches)
+            state, row = convert(args.program, file, args.tolerance, args.seconds, pathlib.Path(folder), args.most_patches, args.all_curves)
             states.append(state)
             print(row, flush=True)
     counts = {s: states.count(s) for s in ("met", "missed", "refused", "failed")}

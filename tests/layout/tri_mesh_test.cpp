@@ -61,6 +61,7 @@ TEST_CASE("vertices know their features", "[layout]") {
     CHECK(mesh.curve_at(2) == 0);
     CHECK(mesh.kind(0) == VertexKind::Fixed);
     CHECK(mesh.is_boundary(2));
+    for (const int corner : {0, 4, 20, 24}) CHECK(mesh.is_boundary(corner));
     CHECK_FALSE(mesh.is_boundary(12));
 }
 
