@@ -189,11 +189,19 @@ Aligned aligned(const occ::SurfaceMesh& mesh, const Source& source, const CageOp
             result.texts.push_back(std::move(one.text));
             found.push_back(std::move(one.blocks));
         }
+        // Blocks that need thousands of faces are not few and simple any more.
+        constexpr std::size_t most_faces = 4000;
+        std::size_t faces = 0;
+        for (const std::size_t i : along_faces) faces += found[i]->faces.size();
+        if (faces > most_faces && options.method == Method::Auto && options.target_faces == 0) {
+            result.remeshed = true;
+            result.texts[along_faces.back()] += fmt::format(" ({} quads, too many)", faces);
+        }
         // Blocks start coarse and are refined often, remeshed parts are not: one fit is for either.
         if (result.remeshed) {
             for (const std::size_t i : along_faces) {
                 found[i].reset();
-                result.texts[i] += ", remeshed as other bodies have none";
+                result.texts[i] += ", remeshed with all that are not recognised";
             }
         }
         result.from_faces = !result.remeshed && !along_faces.empty();

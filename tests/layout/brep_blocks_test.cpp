@@ -129,8 +129,8 @@ TEST_CASE("folded quads are opened, well formed ones stay", "[layout]") {
     const std::vector<Vec3> even = points;
     layout::untangle(faces, points, freedom, shape.reference);
     CHECK(points == even);
-    // Beyond the diagonal of the next quad: all four quads around it are concave or folded.
-    points[2 * n + 2] += Vec3(1.3, 1.2, 0.0);
+    // Beyond the line of the next points: the quads there are folded.
+    points[2 * n + 2] += Vec3(1.15, 0.2, 0.0);
     REQUIRE(least_sine() < -0.5);
     layout::untangle(faces, points, freedom, shape.reference);
     CHECK(least_sine() > 0.15);  // what counts as well formed
@@ -138,26 +138,6 @@ TEST_CASE("folded quads are opened, well formed ones stay", "[layout]") {
         CHECK(std::abs(points[v].z()) < 1e-12);
         if (!freedom[v].free) CHECK(points[v] == even[v]);
     }
-}
-
-TEST_CASE("a cone's tip inside a face is refused, whatever the triangles are", "[layout]") {
-    // A pyramid of smooth faces over a bottom with a sharp rim; its top is a corner.
-    std::vector<Vec3> points;
-    for (int v = 0; v < 4; ++v)
-        points.emplace_back(50.0 * (2 * (v & 1) - 1), 50.0 * (2 * (v >> 1 & 1) - 1), 0.0);
-    points.emplace_back(0.0, 0.0, 80.0);
-    const std::vector<std::vector<int>> faces{
-        {0, 2, 3, 1}, {0, 1, 4}, {1, 3, 4}, {3, 2, 4}, {2, 0, 4}};
-    mesh::TopologyInput tags;
-    for (const auto& [a, b] : {std::array{0, 1}, {1, 3}, {3, 2}, {2, 0}})
-        tags.creases.push_back({a, b, mesh::infinite_sharpness});
-    tags.corners.push_back({4, mesh::infinite_sharpness});
-    const Shape shape = shape_of(test::make_cage(points, faces, tags));
-    const auto made = layout::make_cage(shape.model, shape.reference);
-    REQUIRE(made.layout.size() == 1);
-    INFO(made.layout[0]);
-    CHECK(made.method == layout::Method::Remesh);
-    CHECK(made.layout[0].find("no blocks (a cone's tip is inside a face)") != std::string::npos);
 }
 
 }  // namespace patchwright
