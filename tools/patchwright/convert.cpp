@@ -133,7 +133,7 @@ int finish(Run& run, const ConvertOptions& options, const Attempt& attempt,
 LayoutOptions next_layout(const LayoutOptions& last, const Attempt& attempt,
                           const layout::CageResult& made, double diagonal) {
     constexpr double far_off = 10.0, radius_rel = 0.04;
-    constexpr int few_faces = 800;
+    constexpr int few_faces = 500;
     LayoutOptions next = last;
     if (made.method == layout::Method::Aligned) {
         const bool again = made.from_faces ? last.fineness == 1.0 && attempt.lost_curves() == 0 &&
