@@ -58,8 +58,8 @@ class LevelFitter {
           curves_(curve_sites(topology_)),
           surface_(topology_, {interior_grid(options.samples_per_edge)}, face_sites(topology_),
                    subd::SampleRows::PointsAndTangents),
-          stiffness_(FormStiffness::of_surface(topology_, points_, slack * options.tolerance_mm,
-                                               options.keeps_form)),
+          stiffness_(
+              FormStiffness::of_surface(topology_, points_, options.keeps_form ? slack_mm() : 0.0)),
           curve_stiffness_(FormStiffness::of_curves(topology_, curves_.sites, points_, slack_mm())),
           curve_(topology_, side_sets(options.samples_per_edge), curves_.sites),
           preconditioner_(topology_),
@@ -223,10 +223,12 @@ class LevelFitter {
             level_.solves_by_length += solution.stop == CglsStop::LeastChange ? 1 : 0;
             level_.solves_by_steps += solution.stop == CglsStop::MaxIterations ? 1 : 0;
             ++level_.projections;
-            const bool folds = hold_folds(
-                form, samples.site_rows(), now, next, slack_mm(), [&](auto first, auto end) {
-                    return now.of_curves || !folded_when_given(first, end);
-                });
+            const bool folds =
+                (now.of_curves || options_.keeps_form) &&
+                hold_folds(form, samples.site_rows(), now, next, slack_mm(),
+                           [&](auto first, auto end) {
+                               return now.of_curves || !folded_when_given(first, end);
+                           });
             if (folds && repeats++ < most_repeats) continue;
             const double was = now.energy(now.weights), is = next.energy(now.weights);
             const double before = was + form.energy(points_, stiff);

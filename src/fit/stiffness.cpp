@@ -77,26 +77,22 @@ std::vector<subd::ParameterSet> side_ends() {
 }  // namespace
 
 FormStiffness::FormStiffness(subd::LimitOperator rows, subd::LimitOperator places,
-                             const Points& given, Eigen::VectorXd evenness, bool keeps_form,
-                             bool of_curves)
+                             const Points& given, Eigen::VectorXd evenness, bool of_curves)
     : rows_(std::move(rows)),
       places_(std::move(places)),
       evenness_(std::move(evenness)),
-      factors_(rows_.site_rows().size() - 1, keeps_form ? 1.0 : 0.0),
+      factors_(rows_.site_rows().size() - 1, 1.0),
       of_curves_(of_curves) {
     rows_.apply(given, given_);
 }
 
-FormStiffness FormStiffness::of_surface(const Topology& topology, const Points& given, double slack,
-                                        bool keeps_form) {
+FormStiffness FormStiffness::of_surface(const Topology& topology, const Points& given,
+                                        double slack) {
     const auto sites = face_sites(topology);
     return {subd::LimitOperator(topology, {interior_grid(2)}, sites, subd::SampleRows::Bending),
             subd::LimitOperator(topology, {interior_grid(2)}, sites,
                                 subd::SampleRows::PointsAndTangents),
-            given,
-            evenness_of(topology, given, slack),
-            keeps_form,
-            false};
+            given, evenness_of(topology, given, slack), false};
 }
 
 FormStiffness FormStiffness::of_curves(const Topology& topology,
@@ -105,7 +101,7 @@ FormStiffness FormStiffness::of_curves(const Topology& topology,
     subd::LimitOperator rows(topology, side_sets(2), sites, subd::SampleRows::Bending);
     subd::LimitOperator places(topology, side_ends(), sites);
     Eigen::VectorXd evenness = evenness_of(sites, rows.site_rows(), places, given, slack);
-    return {std::move(rows), std::move(places), given, std::move(evenness), true, true};
+    return {std::move(rows), std::move(places), given, std::move(evenness), true};
 }
 
 void FormStiffness::hold(std::size_t site, double miss) {

@@ -25,10 +25,9 @@ class FormStiffness {
     /// @param given  control points whose lines are to be kept
     /// @param slack  sliding by as much as a face is wide, or a side long, counts as much as
     /// missing
-    ///               by this
-    /// @param keeps_form  false: all may slide but what hold() is called for
+    ///               by this; 0: all may slide
     static FormStiffness of_surface(const mesh::Topology& topology, const geom::Points& given,
-                                    double slack, bool keeps_form);
+                                    double slack);
     /// Along curves only: what is across them counts nothing.
     /// @param sites  sides, see CurveSampling
     static FormStiffness of_curves(const mesh::Topology& topology,
@@ -49,7 +48,7 @@ class FormStiffness {
 
   private:
     FormStiffness(subd::LimitOperator rows, subd::LimitOperator places, const geom::Points& given,
-                  Eigen::VectorXd evenness, bool keeps_form, bool of_curves);
+                  Eigen::VectorXd evenness, bool of_curves);
     /// Unit normal or tangent of each row.
     [[nodiscard]] geom::Points directions(const geom::Points& points) const;
     /// What of a row only moves lines.
