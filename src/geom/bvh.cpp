@@ -66,6 +66,7 @@ struct Bvh::Builder {
     std::vector<BinaryNode>& nodes;
     std::vector<std::int32_t>& items;
     int leaf_size;
+    static constexpr std::int32_t few = 64;
 
     struct Task {
         std::int32_t node, begin, end;
@@ -74,8 +75,49 @@ struct Bvh::Builder {
 
     [[nodiscard]] Vec3 centre(std::int32_t item) const { return boxes[std::size_t(item)].centre(); }
 
+    // Few items are cut so that all leaves but one are full: half-full ones cost as much to look at
+    // and to keep. Among such cuts across the three axes the one of least expected cost.
+    std::int32_t split_few(const Task& task) {
+        const std::int32_t count = task.end - task.begin;
+        const auto first = items.begin() + task.begin, last = items.begin() + task.end;
+        Box3 centres;
+        for (auto it = first; it != last; ++it) centres.add(centre(*it));
+        const double pad = 0.01 * (centres.max - centres.min).maxCoeff();
+        const auto sort = [&](int axis) {
+            std::sort(first, last, [&](std::int32_t a, std::int32_t b) {
+                return std::pair(centre(a)[axis], a) < std::pair(centre(b)[axis], b);
+            });
+        };
+        const auto leaves = [&](std::int32_t n) { return double((n + leaf_size - 1) / leaf_size); };
+        std::array<double, few> right_area{};
+        double best_cost = std::numeric_limits<double>::infinity();
+        int best_axis = 0;
+        std::int32_t best_cut = count / 2;
+        for (int axis = 0; axis < 3; ++axis) {
+            sort(axis);
+            Box3 right, left;
+            for (std::int32_t i = count - 1; i > 0; --i) {
+                right.add(boxes[std::size_t(first[i])]);
+                right_area[std::size_t(i)] = half_area(right, pad);
+            }
+            for (std::int32_t i = 1; i < count; ++i) {
+                left.add(boxes[std::size_t(first[i - 1])]);
+                if (i % leaf_size != 0 && (count - i) % leaf_size != 0) continue;
+                const double cost = half_area(left, pad) * leaves(i) +
+                                    right_area[std::size_t(i)] * leaves(count - i);
+                if (!(cost < best_cost)) continue;
+                best_cost = cost;
+                best_axis = axis;
+                best_cut = i;
+            }
+        }
+        if (best_axis != 2) sort(best_axis);
+        return task.begin + best_cut;
+    }
+
     // Reorders [begin, end) and returns where the right half starts.
     std::int32_t split(const Task& task) {
+        if (task.end - task.begin <= few) return split_few(task);
         Box3 centres;
         for (auto i = task.begin; i < task.end; ++i) centres.add(centre(items[std::size_t(i)]));
         int axis = 0;
