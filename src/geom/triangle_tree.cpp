@@ -7,41 +7,6 @@
 
 namespace patchwright::geom {
 
-namespace {
-
-// Four lanes of one register: GCC's and Clang's vectors, which choose lane by lane with ?:.
-using Wide [[gnu::vector_size(4 * TriangleTree::lanes)]] = float;
-
-Wide load(const std::array<float, TriangleTree::lanes>& from) {
-    Wide value;
-    std::memcpy(&value, from.data(), sizeof value);
-    return value;
-}
-void store(const Wide& value, std::array<float, TriangleTree::lanes>& to) {
-    std::memcpy(to.data(), &value, sizeof value);
-}
-Wide min(const Wide& a, const Wide& b) { return a < b ? a : b; }
-Wide root(const Wide& x) {
-    using Packet = Eigen::Array<float, TriangleTree::lanes, 1>;
-    Packet value;
-    std::memcpy(value.data(), &x, sizeof x);
-    value = value.sqrt();
-    Wide result;
-    std::memcpy(&result, value.data(), sizeof x);
-    return result;
-}
-Wide clamp(const Wide& x, const Wide& high) {
-    const Wide zero{};
-    const Wide low = x > zero ? x : zero;
-    return min(low, high);
-}
-
-// Only what lies inside by more than rounding counts as inside: beside the edges the distance to
-// the nearest edge is as good, and never too small.
-constexpr float inside_margin = 5e-7f;
-
-}  // namespace
-
 TriangleTree::TriangleTree(const std::vector<Corners>& triangles,
                            const std::vector<double>& reach) {
     if (triangles.size() != reach.size())
@@ -110,34 +75,6 @@ Vec3 TriangleTree::weights_near(int slot, const Vec3& query) const {
     const float b = length > 0.0f ? (r.dot(get(block.along)) - c * third[0]) / length : 0.0f;
     const double at = std::clamp(b, 0.0f, 1.0f - c);
     return {1.0 - at - double(c), at, double(c)};
-}
-
-void TriangleTree::measure(const Block& block, const Eigen::Vector3f& query, Near& near) const {
-    const auto three = [](const std::array<Lanes, 3>& from) {
-        return std::array<Wide, 3>{load(from[0]), load(from[1]), load(from[2])};
-    };
-    const auto origin = three(block.origin), a = three(block.along), c = three(block.across);
-    const Wide rx = query[0] - origin[0], ry = query[1] - origin[1], rz = query[2] - origin[2];
-    const Wide x = rx * a[0] + ry * a[1] + rz * a[2];
-    const Wide y = rx * c[0] + ry * c[1] + rz * c[2];
-    const Wide z = rx * (a[1] * c[2] - a[2] * c[1]) + ry * (a[2] * c[0] - a[0] * c[2]) +
-                   rz * (a[0] * c[1] - a[1] * c[0]);
-    // Squared distance to a side, from how far along it and how far to the left a place is.
-    const auto to_side = [](const Wide& at, const Wide& left, const Wide& length) {
-        const Wide beyond = at - clamp(at, length);
-        return left * left + beyond * beyond;
-    };
-    const Wide length = load(block.length), xb = x - length;
-    const auto s = three(block.side), f = three(block.far_side);
-    const Wide right = x * s[1] - y * s[0], left = y * f[0] - xb * f[1];
-    Wide aside = min(to_side(x, y, length), min(to_side(x * s[0] + y * s[1], right, s[2]),
-                                                to_side(xb * f[0] + y * f[1], left, f[2])));
-    const Wide zero{};
-    aside = min(y, min(right, left)) > inside_margin ? zero : aside;
-    const auto unit = static_cast<float>(extent_);
-    store(root(aside + z * z) * unit, near.distance);
-    store(root(aside) * unit, near.aside);
-    store(z * unit, near.height);
 }
 
 }  // namespace patchwright::geom

@@ -1,5 +1,7 @@
 #include "face_surface.h"
 
+#include "fused.h"
+
 #include <BRep_Tool.hxx>
 #include <GeomAdaptor_Surface.hxx>
 #include <Precision.hxx>
@@ -187,7 +189,7 @@ FaceSurface::Rectangle FaceSurface::cell_of(const Vec2& uv) const {
     return cell;
 }
 
-[[gnu::flatten]] FaceSurface::Step FaceSurface::step(const DistanceTerms& d, const Vec2& uv,
+FaceSurface::Step FaceSurface::step(const DistanceTerms& d, const Vec2& uv,
                                                      const Rectangle& cell) {
     const Vec2 g(d.ru, d.rv);
     double a = d.uu + d.r_uu, b = d.uv + d.r_uv, c = d.vv + d.r_vv;
@@ -202,9 +204,22 @@ FaceSurface::Rectangle FaceSurface::cell_of(const Vec2& uv) const {
     return {box_minimum(hessian, g, cell.low - uv, cell.high - uv), newton};
 }
 
+PATCHWRIGHT_FUSED [[gnu::flatten]] FaceSurface::Foot FaceSurface::descend_in_fused(
+    const Rectangle& cell, const Vec3& query, const Start& start,
+    const std::vector<Vec2>& known) const {
+    return descend_in_any(cell, query, start, known);
+}
+
 FaceSurface::Foot FaceSurface::descend_in(const Rectangle& cell, const Vec3& query,
                                           const Start& start,
                                           const std::vector<Vec2>& known) const {
+    return has_fused_multiply_add ? descend_in_fused(cell, query, start, known)
+                                  : descend_in_any(cell, query, start, known);
+}
+
+[[gnu::always_inline]] inline FaceSurface::Foot FaceSurface::descend_in_any(
+    const Rectangle& cell, const Vec3& query, const Start& start,
+    const std::vector<Vec2>& known) const {
     constexpr int max_steps = 50, max_halvings = 12;
     const auto square = [](double x) { return x * x; };
     // Lengths are compared by their squares.

@@ -116,6 +116,10 @@ class FaceSurface {
     [[nodiscard]] static Step step(const DistanceTerms& d, const Vec2& uv, const Rectangle& cell);
     [[nodiscard]] Foot descend_in(const Rectangle& cell, const geom::Vec3& query,
                                   const Start& start, const std::vector<Vec2>& known) const;
+    [[nodiscard]] Foot descend_in_any(const Rectangle& cell, const geom::Vec3& query,
+                                      const Start& start, const std::vector<Vec2>& known) const;
+    [[nodiscard]] Foot descend_in_fused(const Rectangle& cell, const geom::Vec3& query,
+                                        const Start& start, const std::vector<Vec2>& known) const;
 
     // What every descent asks for comes first: with many faces, each line of the cache counts.
     std::shared_ptr<const SurfaceEvaluator> evaluator_;

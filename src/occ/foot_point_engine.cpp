@@ -1,6 +1,7 @@
 #include "foot_point_engine.h"
 
 #include "beside_foot.h"
+#include "fused.h"
 #include "leaf_bounds.h"
 
 #include <algorithm>
@@ -61,21 +62,7 @@ class Search {
         s_.feet.clear();
     }
 
-    FootPoint plain() {
-        Nearest nearest = nearest_on_all();
-        // What is left out by the spread of normals must not matter; samples may have missed some.
-        if (!(nearest.distance <= triangle_bound_ + coincident * model_.size)) {
-            all_triangles_ = true;
-            s_.feet.clear();
-            nearest = nearest_on_all();
-        }
-        FootPoint answer;
-        answer.point = nearest.point;
-        answer.distance = nearest.distance;
-        list_faces_beside(nearest);
-        choose_face(answer);
-        return answer;
-    }
+    FootPoint plain() { return has_fused_multiply_add ? plain_fused() : plain_any(); }
 
     FootPoint facing(const Vec3& side) {
         FootPoint answer = plain();
@@ -94,6 +81,24 @@ class Search {
     }
 
   private:
+    PATCHWRIGHT_FUSED [[gnu::flatten]] FootPoint plain_fused() { return plain_any(); }
+
+    FootPoint plain_any() {
+        Nearest nearest = nearest_on_all();
+        // What is left out by the spread of normals must not matter; samples may have missed some.
+        if (!(nearest.distance <= triangle_bound_ + coincident * model_.size)) {
+            all_triangles_ = true;
+            s_.feet.clear();
+            nearest = nearest_on_all();
+        }
+        FootPoint answer;
+        answer.point = nearest.point;
+        answer.distance = nearest.distance;
+        list_faces_beside(nearest);
+        choose_face(answer);
+        return answer;
+    }
+
     [[nodiscard]] const FaceSurface& surface(int face) const {
         return model_.surfaces[std::size_t(face)];
     }

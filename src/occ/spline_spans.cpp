@@ -1,5 +1,7 @@
 #include "spline_spans.h"
 
+#include "fused.h"
+
 #include <GeomConvert_BSplineSurfaceToBezierSurface.hxx>
 #include <Geom_BSplineSurface.hxx>
 #include <Geom_BezierSurface.hxx>
@@ -9,13 +11,6 @@
 #include <cmath>
 #include <cstring>
 #include <vector>
-
-// Compiled for processors with four doubles in a register and fused multiplication and addition.
-#if defined(__x86_64__)
-#define PATCHWRIGHT_FUSED [[gnu::target("avx2,fma")]]
-#else
-#define PATCHWRIGHT_FUSED
-#endif
 
 namespace patchwright::occ {
 
@@ -28,15 +23,6 @@ using Vec4 = Eigen::Vector4d;
 constexpr int max_degree = 15;
 // Lofts come out rational with weights that differ by rounding only.
 constexpr double equal_weights = 1e-12;
-
-bool detect_fused_multiply_add() {
-#if defined(__x86_64__)
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-#else
-    return false;
-#endif
-}
-const bool has_fused_multiply_add = detect_fused_multiply_add();
 
 /// From Bernstein coefficients on [0, 1] to powers of x in [-1, 1]; column i holds B_i.
 Eigen::MatrixXd powers_of_bernstein(int degree) {
