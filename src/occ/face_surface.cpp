@@ -19,11 +19,13 @@ using geom::Vec3;
 namespace {
 
 // Minimum of g.x + x.Hx / 2 over low <= x <= high, for a positive definite H.
-Vec2 box_minimum(const Eigen::Matrix2d& h, const Vec2& g, const Vec2& low, const Vec2& high) {
-    const double determinant = h(0, 0) * h(1, 1) - h(0, 1) * h(1, 0);
-    const Vec2 free((h(0, 1) * g[1] - h(1, 1) * g[0]) / determinant,
-                    (h(1, 0) * g[0] - h(0, 0) * g[1]) / determinant);
-    if ((free.array() >= low.array()).all() && (free.array() <= high.array()).all()) return free;
+inline Vec2 box_minimum(const Eigen::Matrix2d& h, const Vec2& g, const Vec2& low, const Vec2& high) {
+    const double scale = 1.0 / (h(0, 0) * h(1, 1) - h(0, 1) * h(1, 0));
+    const Vec2 free((h(0, 1) * g[1] - h(1, 1) * g[0]) * scale,
+                    (h(1, 0) * g[0] - h(0, 0) * g[1]) * scale);
+    if (int(free[0] >= low[0]) & int(free[0] <= high[0]) & int(free[1] >= low[1]) &
+        int(free[1] <= high[1]))
+        return free;
     Vec2 best = free;
     double best_value = std::numeric_limits<double>::infinity();
     for (Eigen::Index i = 0; i < 2; ++i) {

@@ -112,30 +112,27 @@ class SplineSpans final : public SurfaceEvaluator {
           coefficients_(coefficients.begin(), coefficients.end(), memory) {}
 
     SurfaceDerivatives derivatives(const Vec2& uv) const override {
-        const Axis::Place a = u_.find(uv[0]), b = v_.find(uv[1]);
         SurfaceDerivatives d;
         if (has_fused_multiply_add)
-            second_order_fused(a, b, d);
+            second_order_fused(uv, d);
         else
-            second_order(a, b, d);
+            second_order(uv, d);
         return d;
     }
     DistanceTerms distance_terms(const Vec2& uv, const Vec3& query) const override {
-        const Axis::Place a = u_.find(uv[0]), b = v_.find(uv[1]);
         DistanceTerms d;
         if (has_fused_multiply_add)
-            distance_terms_fused(a, b, query, d);
+            distance_terms_fused(uv, query, d);
         else
-            distance_terms(a, b, query, d);
+            distance_terms(uv, query, d);
         return d;
     }
     SurfaceTangents tangents(const Vec2& uv) const override {
-        const Axis::Place a = u_.find(uv[0]), b = v_.find(uv[1]);
         SurfaceTangents d;
         if (has_fused_multiply_add)
-            first_order_fused(a, b, d);
+            first_order_fused(uv, d);
         else
-            first_order(a, b, d);
+            first_order(uv, d);
         return d;
     }
 
@@ -159,21 +156,19 @@ class SplineSpans final : public SurfaceEvaluator {
     using Quad [[gnu::vector_size(4 * sizeof(double))]] = double;
 
     // The same code for two kinds of processor.
-    PATCHWRIGHT_FUSED void second_order_fused(const Axis::Place& a, const Axis::Place& b,
-                                              SurfaceDerivatives& d) const {
-        second_order(a, b, d);
+    PATCHWRIGHT_FUSED void second_order_fused(const Vec2& uv, SurfaceDerivatives& d) const {
+        second_order(uv, d);
     }
-    PATCHWRIGHT_FUSED void distance_terms_fused(const Axis::Place& a, const Axis::Place& b,
-                                                const Vec3& query, DistanceTerms& d) const {
-        distance_terms(a, b, query, d);
+    PATCHWRIGHT_FUSED void distance_terms_fused(const Vec2& uv, const Vec3& query,
+                                                DistanceTerms& d) const {
+        distance_terms(uv, query, d);
     }
-    PATCHWRIGHT_FUSED void first_order_fused(const Axis::Place& a, const Axis::Place& b,
-                                             SurfaceTangents& d) const {
-        first_order(a, b, d);
+    PATCHWRIGHT_FUSED void first_order_fused(const Vec2& uv, SurfaceTangents& d) const {
+        first_order(uv, d);
     }
 
-    [[gnu::always_inline]] void second_order(const Axis::Place& a, const Axis::Place& b,
-                                             SurfaceDerivatives& d) const {
+    [[gnu::always_inline]] void second_order(const Vec2& uv, SurfaceDerivatives& d) const {
+        const Axis::Place a = u_.find(uv[0]), b = v_.find(uv[1]);
         Quad s, su, sv, suu, suv, svv;
         second_order(a, b, s, su, sv, suu, suv, svv);
         store(s, d.p);
@@ -184,8 +179,9 @@ class SplineSpans final : public SurfaceEvaluator {
         store(svv, d.vv);
     }
 
-    [[gnu::always_inline]] void distance_terms(const Axis::Place& a, const Axis::Place& b,
-                                               const Vec3& query, DistanceTerms& d) const {
+    [[gnu::always_inline]] void distance_terms(const Vec2& uv, const Vec3& query,
+                                               DistanceTerms& d) const {
+        const Axis::Place a = u_.find(uv[0]), b = v_.find(uv[1]);
         Quad s, su, sv, suu, suv, svv;
         second_order(a, b, s, su, sv, suu, suv, svv);
         const Quad r = s - Quad{query[0], query[1], query[2], s[3]};
@@ -258,8 +254,8 @@ class SplineSpans final : public SurfaceEvaluator {
         }
     }
 
-    [[gnu::always_inline]] void first_order(const Axis::Place& a, const Axis::Place& b,
-                                            SurfaceTangents& d) const {
+    [[gnu::always_inline]] void first_order(const Vec2& uv, SurfaceTangents& d) const {
+        const Axis::Place a = u_.find(uv[0]), b = v_.find(uv[1]);
         const int last_row = degree_u(), columns = degree_v() + 1;
         const Vec4* row = span(a, b) + last_row * columns;
         Quad s{}, su{}, sv{};
