@@ -18,14 +18,13 @@ using geom::Vec3;
 
 namespace {
 
-// Minimum of g.x + x.Hx / 2 over low <= x <= high, for a positive definite H.
-inline Vec2 box_minimum(const Eigen::Matrix2d& h, const Vec2& g, const Vec2& low, const Vec2& high) {
-    const double scale = 1.0 / (h(0, 0) * h(1, 1) - h(0, 1) * h(1, 0));
-    const Vec2 free((h(0, 1) * g[1] - h(1, 1) * g[0]) * scale,
-                    (h(1, 0) * g[0] - h(0, 0) * g[1]) * scale);
-    if (int(free[0] >= low[0]) & int(free[0] <= high[0]) & int(free[1] >= low[1]) &
-        int(free[1] <= high[1]))
-        return free;
+double square(double x) { return x * x; }
+
+// Minimum of g.x + x.Hx / 2 over low <= x <= high, for a positive definite H = [[a, b], [b, c]],
+// where the free one lies outside.
+Vec2 bounded_minimum(double a, double b, double c, const Vec2& g, const Vec2& free, const Vec2& low,
+                     const Vec2& high) {
+    const Eigen::Matrix2d h{{a, b}, {b, c}};
     Vec2 best = free;
     double best_value = std::numeric_limits<double>::infinity();
     for (Eigen::Index i = 0; i < 2; ++i) {
@@ -191,9 +190,8 @@ FaceSurface::Rectangle FaceSurface::cell_of(const Vec2& uv) const {
     return cell;
 }
 
-FaceSurface::Step FaceSurface::step(const DistanceTerms& d, const Vec2& uv,
-                                                     const Rectangle& cell) {
-    const Vec2 g(d.ru, d.rv);
+FaceSurface::Step FaceSurface::step(const DistanceTerms& d, const Place& at,
+                                    const Rectangle& cell) {
     double a = d.uu + d.r_uu, b = d.uv + d.r_uv, c = d.vv + d.r_vv;
     const bool newton = a > 1e-9 * d.uu && c > 1e-9 * d.vv && a * c - b * b > 1e-9 * a * c;
     if (!newton) {
@@ -202,8 +200,14 @@ FaceSurface::Step FaceSurface::step(const DistanceTerms& d, const Vec2& uv,
         b = d.uv * (1 - 1e-9);
         c = d.vv * (1 + 1e-9) + 1e-30;
     }
-    const Eigen::Matrix2d hessian{{a, b}, {b, c}};
-    return {box_minimum(hessian, g, cell.low - uv, cell.high - uv), newton};
+    const double scale = 1.0 / (a * c - b * b);
+    const double du = (b * d.rv - c * d.ru) * scale, dv = (b * d.ru - a * d.rv) * scale;
+    const double u = at.u + du, v = at.v + dv;
+    if (u >= cell.low[0] && u <= cell.high[0] && v >= cell.low[1] && v <= cell.high[1])
+        return {du, dv, newton};
+    const Vec2 uv = at.uv();
+    const Vec2 held = bounded_minimum(a, b, c, {d.ru, d.rv}, {du, dv}, cell.low - uv, cell.high - uv);
+    return {held[0], held[1], newton};
 }
 
 PATCHWRIGHT_FUSED [[gnu::flatten]] FaceSurface::Foot FaceSurface::descend_in_fused(
@@ -223,22 +227,22 @@ FaceSurface::Foot FaceSurface::descend_in(const Rectangle& cell, const Vec3& que
     const Rectangle& cell, const Vec3& query, const Start& start,
     const std::vector<Vec2>& known) const {
     constexpr int max_steps = 50, max_halvings = 12;
-    const auto square = [](double x) { return x * x; };
     // Lengths are compared by their squares.
     const double final_step = square(1e-8 * size_), none = square(1e-13 * size_);
     const double negligible = square(1e-12 * size_);
-    Vec2 uv = start.uv.cwiseMax(cell.low).cwiseMin(cell.high);
-    DistanceTerms d = evaluator_->distance_terms(uv, query);
+    Place at{std::clamp(start.uv[0], cell.low[0], cell.high[0]),
+             std::clamp(start.uv[1], cell.low[1], cell.high[1])};
+    DistanceTerms d = evaluator_->distance_terms(at.uv(), query);
     SurfaceTangents end;
     bool arrived = false;
     double last_length = 0.0;  // of a whole step of Newton's, else 0
     for (int i = 0; i < max_steps; ++i) {
-        const Step s = step(d, uv, cell);
-        const double length = d.squared_length(s.delta);
+        const Step s = step(d, at, cell);
+        const double length = d.squared_length(s.du, s.dv);
         if (!(length > none)) break;
         for (const Vec2& foot : known) {
-            const Vec2 from = uv - foot, to = from + s.delta;
-            const double now = d.squared_length(from), then = d.squared_length(to);
+            const double u = at.u - foot[0], v = at.v - foot[1];
+            const double now = d.squared_length(u, v), then = d.squared_length(u + s.du, v + s.dv);
             if (s.newton && length < square(4.0 * start.stride) &&
                 (then < square(0.2) * now || now < square(1e-6 * size_)) && cell == cell_of(foot))
                 return {foot, Vec3::Zero(), Vec3::Zero(), std::sqrt(d.rr), {0, 0}, true};
@@ -255,23 +259,27 @@ FaceSurface::Foot FaceSurface::descend_in(const Rectangle& cell, const Vec3& que
             s.newton && fraction == 1.0 &&
             (last || length * length * length < negligible * last_length * last_length);
         if (arrives) {
-            end = evaluator_->tangents(uv + s.delta);
+            const Place there = at.after(s, 1.0);
+            end = evaluator_->tangents(there.uv());
             arrived = is_better((end.p - query).squaredNorm());
             if (arrived) {
-                uv += s.delta;
+                at = there;
                 break;
             }
         }
-        DistanceTerms next = evaluator_->distance_terms(uv + fraction * s.delta, query);
+        Place there = at.after(s, fraction);
+        DistanceTerms next = evaluator_->distance_terms(there.uv(), query);
         for (int k = 1; k < max_halvings && !is_better(next.rr); ++k) {
             fraction *= 0.5;
-            next = evaluator_->distance_terms(uv + fraction * s.delta, query);
+            there = at.after(s, fraction);
+            next = evaluator_->distance_terms(there.uv(), query);
         }
         if (!is_better(next.rr)) break;
-        uv += fraction * s.delta;
+        at = there;
         d = next;
         last_length = s.newton && fraction == 1.0 ? length : 0.0;
     }
+    const Vec2 uv = at.uv();
     if (!arrived) end = evaluator_->tangents(uv);
     Foot foot{uv, end.p, normal_of(end.u, end.v, uv), (end.p - query).norm(), {0, 0}, false};
     for (std::size_t i = 0; i < 2; ++i) {

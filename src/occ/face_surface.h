@@ -84,8 +84,16 @@ class FaceSurface {
   private:
     using Derivatives = SurfaceDerivatives;
     struct Step {
-        Vec2 delta;
+        double du, dv;
         bool newton;  ///< of second order: the Hessian was positive definite
+    };
+    /// Numbers one by one: written so and read as a pair they would be waited for.
+    struct Place {
+        double u, v;
+        [[nodiscard]] Vec2 uv() const { return {u, v}; }
+        [[nodiscard]] Place after(const Step& s, double fraction) const {
+            return {u + fraction * s.du, v + fraction * s.dv};
+        }
     };
 
     void set_rectangle();
@@ -113,7 +121,8 @@ class FaceSurface {
                                        const Vec2& uv) const;
     [[nodiscard]] geom::Vec3 limit_normal(const Vec2& uv, bool flat_u, bool flat_v) const;
     [[nodiscard]] Rectangle cell_of(const Vec2& uv) const;
-    [[nodiscard]] static Step step(const DistanceTerms& d, const Vec2& uv, const Rectangle& cell);
+    [[nodiscard]] static Step step(const DistanceTerms& d, const Place& at,
+                                   const Rectangle& cell);
     [[nodiscard]] Foot descend_in(const Rectangle& cell, const geom::Vec3& query,
                                   const Start& start, const std::vector<Vec2>& known) const;
     [[nodiscard]] Foot descend_in_any(const Rectangle& cell, const geom::Vec3& query,

@@ -27,8 +27,8 @@ struct DistanceTerms {
     double r_uu, r_uv, r_vv;  ///< products of r and the second derivatives
 
     /// Of a step in the parameters, along the tangents.
-    [[nodiscard]] double squared_length(const Vec2& step) const {
-        return uu * step[0] * step[0] + 2.0 * uv * step[0] * step[1] + vv * step[1] * step[1];
+    [[nodiscard]] double squared_length(double du, double dv) const {
+        return uu * du * du + 2.0 * uv * du * dv + vv * dv * dv;
     }
 };
 
