@@ -107,21 +107,18 @@ class Search {
     double collect_candidates() {
         std::size_t count = 0;
         s_.passed.clear();
-        const std::int32_t all_triangles = all_triangles_ ? -1 : 0;
+        const Mask all_triangles = Mask{} - int(all_triangles_);
         const double bound = visit_leaves(
             first_bound_, [&](int slot, const auto& near, const LeafBounds& leaf, double limit) {
                 constexpr std::size_t lanes = geom::TriangleTree::lanes;
                 limit = std::min(limit, double(leaf.least_upper()));
                 const auto most = static_cast<float>(limit);
-                s_.passed.push_back({leaf.lower, slot});
+                s_.passed.emplace_back();
+                store(leaf.lower, s_.passed.back().lower);
+                s_.passed.back().slot = slot;
                 if (s_.candidates.size() < count + lanes) s_.candidates.resize(2 * (count + lanes));
-                // Written whether it counts or not: cheaper than to foresee which do.
-                for (std::size_t i = 0; i < lanes; ++i) {
-                    s_.candidates[count] = {leaf.lower[i], slot + int(i), near.distance[i],
-                                            near.height[i]};
-                    count += std::size_t(leaf.lower[i] <= most) & 1u &
-                             std::size_t(leaf.may_hold_foot[i] | all_triangles);
-                }
+                const Mask counts = (leaf.lower <= most) & (leaf.may_hold_foot | all_triangles);
+                count += write_candidates(leaf, near, slot, counts, s_.candidates.data() + count);
                 return limit;
             });
         const auto begin = s_.candidates.begin();
