@@ -1,6 +1,10 @@
 #include "curve_search.h"
 
 #include <GeomAdaptor_Curve.hxx>
+#include <Geom_BSplineCurve.hxx>
+#include <Geom_BezierCurve.hxx>
+#include <Geom_Line.hxx>
+#include <Geom_TrimmedCurve.hxx>
 #include <TColStd_Array1OfReal.hxx>
 
 #include <algorithm>
@@ -10,6 +14,27 @@
 namespace patchwright::occ {
 
 using geom::Vec3;
+
+namespace {
+
+constexpr int max_degree = 9;
+
+/// Of the polynomial between two neighbouring knots; -1 where the curve is none.
+int degree_of(const Handle(Geom_Curve) & curve) {
+    int degree = -1;
+    if (const auto trimmed = Handle(Geom_TrimmedCurve)::DownCast(curve); !trimmed.IsNull())
+        return degree_of(trimmed->BasisCurve());
+    if (const auto spline = Handle(Geom_BSplineCurve)::DownCast(curve); !spline.IsNull()) {
+        if (!spline->IsRational()) degree = spline->Degree();
+    } else if (const auto bezier = Handle(Geom_BezierCurve)::DownCast(curve); !bezier.IsNull()) {
+        if (!bezier->IsRational()) degree = bezier->Degree();
+    } else if (!Handle(Geom_Line)::DownCast(curve).IsNull()) {
+        degree = 1;
+    }
+    return degree <= max_degree ? degree : -1;
+}
+
+}  // namespace
 
 CurveSearch::CurveSearch(const std::vector<ModelEdge>& edges, const std::vector<int>& subset,
                          double deflection, double size)
@@ -32,17 +57,56 @@ CurveSearch::CurveSearch(const std::vector<ModelEdge>& edges, const std::vector<
     for (const std::int32_t number : tree_.sort_items())
         sorted.push_back(chords_[std::size_t(number)]);
     chords_ = std::move(sorted);
+    sort_powers();
 }
 
 void CurveSearch::add_edge(int number, double deflection) {
     const ModelEdge& edge = (*edges_)[std::size_t(number)];
     const GeomAdaptor_Curve adaptor(edge.curve, edge.first, edge.last);
-    TColStd_Array1OfReal breaks(1, adaptor.NbIntervals(GeomAbs_C1) + 1);
-    adaptor.Intervals(breaks, GeomAbs_C1);
+    const GeomAbs_Shape smooth = degree_of(edge.curve) < 0 ? GeomAbs_C1 : GeomAbs_CN;
+    TColStd_Array1OfReal breaks(1, adaptor.NbIntervals(smooth) + 1);
+    adaptor.Intervals(breaks, smooth);
     for (int i = breaks.Lower(); i < breaks.Upper(); ++i) {
         const double a = breaks(i), b = breaks(i + 1);
-        split({edge.at(a), edge.at(b), a, b, 0.0, number}, deflection, 0);
+        split({edge.at(a), edge.at(b), a, b, 0.0, number, polynomial_on(edge, a, b)}, deflection,
+              0);
     }
+}
+
+// Taylor's series around the middle: it ends with the degree.
+CurveSearch::Polynomial CurveSearch::polynomial_on(const ModelEdge& edge, double from, double to) {
+    Polynomial p;
+    p.degree = degree_of(edge.curve);
+    if (p.degree < 0) return p;
+    const double half = 0.5 * (to - from);
+    p.middle = 0.5 * (from + to);
+    p.scale = 1.0 / half;
+    p.first = std::int32_t(powers_.size());
+    powers_.push_back(edge.at(p.middle));
+    double factor = 1.0;
+    for (int k = 1; k <= p.degree; ++k) {
+        factor *= half / k;
+        powers_.push_back(factor * vec(edge.curve->DN(p.middle, k)));
+    }
+    return p;
+}
+
+// As the chords lie, so that they are found together.
+void CurveSearch::sort_powers() {
+    std::vector<Vec3> sorted;
+    sorted.reserve(powers_.size());
+    std::vector<std::int32_t> place(powers_.size(), -1);
+    for (Chord& chord : chords_) {
+        if (chord.polynomial.degree < 0) continue;
+        std::int32_t& now = place[std::size_t(chord.polynomial.first)];
+        if (now < 0) {
+            now = std::int32_t(sorted.size());
+            const auto begin = powers_.begin() + chord.polynomial.first;
+            sorted.insert(sorted.end(), begin, begin + chord.polynomial.degree + 1);
+        }
+        chord.polynomial.first = now;
+    }
+    powers_ = std::move(sorted);
 }
 
 void CurveSearch::split(Chord chord, double deflection, int depth) {
@@ -66,8 +130,10 @@ void CurveSearch::split(Chord chord, double deflection, int depth) {
         return;
     }
     const double t = 0.5 * (chord.t0 + chord.t1);
-    split({chord.start, middle, chord.t0, t, 0.0, chord.edge}, deflection, depth + 1);
-    split({middle, chord.end, t, chord.t1, 0.0, chord.edge}, deflection, depth + 1);
+    split({chord.start, middle, chord.t0, t, 0.0, chord.edge, chord.polynomial}, deflection,
+          depth + 1);
+    split({middle, chord.end, t, chord.t1, 0.0, chord.edge, chord.polynomial}, deflection,
+          depth + 1);
 }
 
 double CurveSearch::chord_parameter(const Chord& chord, const Vec3& query) {
@@ -93,7 +159,23 @@ CurveHit CurveSearch::descend(const Chord& chord, const Vec3& query, double s) c
     constexpr int max_steps = 30, max_halvings = 12;
     const Handle(Geom_Curve)& curve = (*edges_)[std::size_t(chord.edge)].curve;
     const double stride = 0.25 * (chord.end - chord.start).norm() + 1e-9 * size_;
+    const Polynomial& powers = chord.polynomial;
     const auto evaluate = [&](double t, Vec3& p, Vec3& d, Vec3& dd) {
+        if (powers.degree >= 0) {
+            // Horner's rule; the second derivative comes out halved.
+            const double x = (t - powers.middle) * powers.scale;
+            const Vec3* c = &powers_[std::size_t(powers.first)];
+            p = c[powers.degree];
+            d = dd = Vec3::Zero();
+            for (int k = powers.degree - 1; k >= 0; --k) {
+                dd = x * dd + d;
+                d = x * d + p;
+                p = x * p + c[k];
+            }
+            d *= powers.scale;
+            dd *= 2.0 * powers.scale * powers.scale;
+            return;
+        }
         gp_Pnt gp;
         gp_Vec gd, gdd;
         curve->D2(t, gp, gd, gdd);

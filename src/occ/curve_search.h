@@ -6,6 +6,7 @@
 #include <patchwright/geom/bvh.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <vector>
 
 namespace patchwright::occ {
@@ -73,11 +74,17 @@ class CurveSearch {
     }
 
   private:
+    /// A piece of curve as powers of (t - middle) * scale, -1 to 1 within the piece.
+    struct Polynomial {
+        double middle = 0.0, scale = 0.0;
+        std::int32_t first = 0, degree = -1;  ///< the first of its powers; -1: not a polynomial
+    };
     struct Chord {
         geom::Vec3 start, end;
         double t0 = 0.0, t1 = 0.0;
         double error = 0.0;  ///< largest distance of the piece of curve, with the edge's tolerance
         int edge = -1;
+        Polynomial polynomial;
     };
 
     [[nodiscard]] geom::Vec3 at(const Chord& chord, double t) const {
@@ -87,10 +94,13 @@ class CurveSearch {
     [[nodiscard]] CurveHit nearest_on(const Chord& chord, const geom::Vec3& query, double s) const;
     [[nodiscard]] CurveHit descend(const Chord& chord, const geom::Vec3& query, double s) const;
     void add_edge(int edge, double deflection);
+    [[nodiscard]] Polynomial polynomial_on(const ModelEdge& edge, double from, double to);
+    void sort_powers();
     void split(Chord chord, double deflection, int depth);
 
     const std::vector<ModelEdge>* edges_ = nullptr;
     std::vector<Chord> chords_;
+    std::vector<geom::Vec3> powers_;
     geom::Bvh tree_;
     double size_ = 0.0;
 };
