@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 namespace patchwright::occ {
@@ -80,6 +81,15 @@ class Axis {
         double x;      ///< -1 to 1 within the span
         double scale;  ///< dx / dt
     };
+    /// A single span.
+    struct Line {
+        double first, scale;
+        [[nodiscard, gnu::always_inline]] Place find(double t) const {
+            return {0, (t - first) * scale - 1.0, scale};
+        }
+    };
+    [[nodiscard]] Line line() const { return {first_break_, first_scale_}; }
+    [[nodiscard]] bool is_line() const { return scale_.size() == 1 && !(period_ > 0.0); }
     [[nodiscard, gnu::always_inline]] Place find(double t) const {
         if (period_ > 0.0) t -= std::floor((t - first_break_) / period_) * period_;
         if (scale_.size() == 1) return {0, (t - first_break_) * first_scale_ - 1.0, first_scale_};
@@ -101,15 +111,23 @@ class Axis {
 
 /// @tparam p, q  degrees in u and v, or -1: as given at run time
 template <int p, int q, bool rational>
-class SplineSpans final : public SurfaceEvaluator {
+class alignas(64) SplineSpans final : public SurfaceEvaluator {
   public:
     SplineSpans(const Axis& u, const Axis& v, int degree_u, int degree_v,
                 const std::vector<Vec4>& coefficients, std::pmr::memory_resource* memory)
-        : u_(u, memory),
-          v_(v, memory),
+        : first_u_(u.line()),
+          first_v_(v.line()),
+          single_(u.is_line() && v.is_line()),
           degree_u_(degree_u),
           degree_v_(degree_v),
-          coefficients_(coefficients.begin(), coefficients.end(), memory) {}
+          numbers_(memory),
+          u_(u, memory),
+          v_(v, memory) {
+        numbers_.reserve(stride * coefficients.size() + 1);
+        for (const Vec4& c : coefficients) numbers_.insert(numbers_.end(), c.begin(), c.begin() + stride);
+        numbers_.push_back(0.0);  // may be read behind the last one
+        coefficients_ = numbers_.data();
+    }
 
     SurfaceDerivatives derivatives(const Vec2& uv) const override {
         SurfaceDerivatives d;
@@ -137,20 +155,22 @@ class SplineSpans final : public SurfaceEvaluator {
     }
 
     Vec3 at(const Vec2& uv) const override {
-        const Axis::Place a = u_.find(uv[0]), b = v_.find(uv[1]);
+        using Coefficient = Eigen::Matrix<double, stride, 1>;
+        const auto [a, b] = find(uv);
         const int last_row = degree_u(), columns = degree_v() + 1;
-        const Vec4* row = span(a, b) + last_row * columns;
-        Vec4 s = Vec4::Zero();
-        for (int i = last_row; i >= 0; --i, row -= columns) {
-            Vec4 c = row[columns - 1];
-            for (int j = columns - 2; j >= 0; --j) c = c * b.x + row[j];
+        const double* row = span(a, b) + last_row * columns * stride;
+        Coefficient s = Coefficient::Zero();
+        for (int i = last_row; i >= 0; --i, row -= columns * stride) {
+            Coefficient c(row + (columns - 1) * stride);
+            for (int j = columns - 2; j >= 0; --j) c = c * b.x + Coefficient(row + j * stride);
             s = s * a.x + c;
         }
-        if constexpr (rational) return s.head<3>() / s[3];
-        return s.head<3>();
+        if constexpr (rational) return s.template head<3>() / s[3];
+        return s.template head<3>();
     }
 
   private:
+    static constexpr int stride = rational ? 4 : 3;
     // Four doubles in one register, or in two: GCC's and Clang's vectors. Never passed by value, as
     // that depends on the processor.
     using Quad [[gnu::vector_size(4 * sizeof(double))]] = double;
@@ -168,7 +188,7 @@ class SplineSpans final : public SurfaceEvaluator {
     }
 
     [[gnu::always_inline]] void second_order(const Vec2& uv, SurfaceDerivatives& d) const {
-        const Axis::Place a = u_.find(uv[0]), b = v_.find(uv[1]);
+        const auto [a, b] = find(uv);
         Quad s, su, sv, suu, suv, svv;
         second_order(a, b, s, su, sv, suu, suv, svv);
         store(s, d.p);
@@ -181,7 +201,7 @@ class SplineSpans final : public SurfaceEvaluator {
 
     [[gnu::always_inline]] void distance_terms(const Vec2& uv, const Vec3& query,
                                                DistanceTerms& d) const {
-        const Axis::Place a = u_.find(uv[0]), b = v_.find(uv[1]);
+        const auto [a, b] = find(uv);
         Quad s, su, sv, suu, suv, svv;
         second_order(a, b, s, su, sv, suu, suv, svv);
         const Quad r = s - Quad{query[0], query[1], query[2], s[3]};
@@ -217,14 +237,14 @@ class SplineSpans final : public SurfaceEvaluator {
                                              Quad& su, Quad& sv, Quad& suu, Quad& suv,
                                              Quad& svv) const {
         const int last_row = degree_u(), columns = degree_v() + 1;
-        const Vec4* row = span(a, b) + last_row * columns;
+        const double* row = span(a, b) + last_row * columns * stride;
         s = su = suu = sv = suv = svv = Quad{};
         // Horner's rule in both parameters; second derivatives come out halved.
-        for (int i = last_row; i >= 0; --i, row -= columns) {
+        for (int i = last_row; i >= 0; --i, row -= columns * stride) {
             Quad c, cv{}, cvv{}, next;
-            load(row[columns - 1], c);
+            load(row + (columns - 1) * stride, c);
             for (int j = columns - 2; j >= 0; --j) {
-                load(row[j], next);
+                load(row + j * stride, next);
                 cvv = cvv * b.x + cv;
                 cv = cv * b.x + c;
                 c = c * b.x + next;
@@ -255,15 +275,15 @@ class SplineSpans final : public SurfaceEvaluator {
     }
 
     [[gnu::always_inline]] void first_order(const Vec2& uv, SurfaceTangents& d) const {
-        const Axis::Place a = u_.find(uv[0]), b = v_.find(uv[1]);
+        const auto [a, b] = find(uv);
         const int last_row = degree_u(), columns = degree_v() + 1;
-        const Vec4* row = span(a, b) + last_row * columns;
+        const double* row = span(a, b) + last_row * columns * stride;
         Quad s{}, su{}, sv{};
-        for (int i = last_row; i >= 0; --i, row -= columns) {
+        for (int i = last_row; i >= 0; --i, row -= columns * stride) {
             Quad c, cv{}, next;
-            load(row[columns - 1], c);
+            load(row + (columns - 1) * stride, c);
             for (int j = columns - 2; j >= 0; --j) {
-                load(row[j], next);
+                load(row + j * stride, next);
                 cv = cv * b.x + c;
                 c = c * b.x + next;
             }
@@ -284,8 +304,9 @@ class SplineSpans final : public SurfaceEvaluator {
         store(sv, d.v);
     }
 
-    [[gnu::always_inline]] static void load(const Vec4& from, Quad& to) {
-        std::memcpy(&to, from.data(), sizeof to);
+    // Without weights the last number is that of the next coefficient, which nothing depends on.
+    [[gnu::always_inline]] static void load(const double* from, Quad& to) {
+        std::memcpy(&to, from, sizeof to);
     }
     [[gnu::always_inline]] static void store(const Quad& from, Vec3& to) {
         std::memcpy(to.data(), &from, 3 * sizeof(double));
@@ -293,15 +314,25 @@ class SplineSpans final : public SurfaceEvaluator {
 
     [[nodiscard]] int degree_u() const { return p < 0 ? degree_u_ : p; }
     [[nodiscard]] int degree_v() const { return q < 0 ? degree_v_ : q; }
-    [[nodiscard]] const Vec4* span(const Axis::Place& a, const Axis::Place& b) const {
-        const std::size_t size = std::size_t(degree_u() + 1) * std::size_t(degree_v() + 1);
-        return coefficients_.data() + std::size_t(a.span * v_.spans() + b.span) * size;
+    [[nodiscard]] const double* span(const Axis::Place& a, const Axis::Place& b) const {
+        if (single_) return coefficients_;
+        const std::size_t size = std::size_t(degree_u() + 1) * std::size_t(degree_v() + 1) * stride;
+        return coefficients_ + std::size_t(a.span * v_.spans() + b.span) * size;
+    }
+    [[gnu::always_inline]] std::pair<Axis::Place, Axis::Place> find(const Vec2& uv) const {
+        if (single_) return {first_u_.find(uv[0]), first_v_.find(uv[1])};
+        return {u_.find(uv[0]), v_.find(uv[1])};
     }
 
-    Axis u_, v_;
+    // What one span asks for lies in one line of the cache: with many faces that is what is paid.
+    Axis::Line first_u_, first_v_;
+    const double* coefficients_ = nullptr;
+    bool single_;  ///< one span, not periodic
     int degree_u_, degree_v_;
-    /// Span by span, v running first; in a span powers of u by powers of v, v running first.
-    std::pmr::vector<Vec4> coefficients_;
+    /// Span by span, v running first; in a span powers of u by powers of v, v running first. Three
+    /// numbers each, or four with their weights.
+    std::pmr::vector<double> numbers_;
+    Axis u_, v_;
 };
 
 bool has_equal_weights(const Geom_BSplineSurface& surface) {
