@@ -206,7 +206,8 @@ FaceSurface::Step FaceSurface::step(const DistanceTerms& d, const Place& at,
     if (u >= cell.low[0] && u <= cell.high[0] && v >= cell.low[1] && v <= cell.high[1])
         return {du, dv, newton};
     const Vec2 uv = at.uv();
-    const Vec2 held = bounded_minimum(a, b, c, {d.ru, d.rv}, {du, dv}, cell.low - uv, cell.high - uv);
+    const Vec2 held =
+        bounded_minimum(a, b, c, {d.ru, d.rv}, {du, dv}, cell.low - uv, cell.high - uv);
     return {held[0], held[1], newton};
 }
 

@@ -121,8 +121,7 @@ class FaceSurface {
                                        const Vec2& uv) const;
     [[nodiscard]] geom::Vec3 limit_normal(const Vec2& uv, bool flat_u, bool flat_v) const;
     [[nodiscard]] Rectangle cell_of(const Vec2& uv) const;
-    [[nodiscard]] static Step step(const DistanceTerms& d, const Place& at,
-                                   const Rectangle& cell);
+    [[nodiscard]] static Step step(const DistanceTerms& d, const Place& at, const Rectangle& cell);
     [[nodiscard]] Foot descend_in(const Rectangle& cell, const geom::Vec3& query,
                                   const Start& start, const std::vector<Vec2>& known) const;
     [[nodiscard]] Foot descend_in_any(const Rectangle& cell, const geom::Vec3& query,

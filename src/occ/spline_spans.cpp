@@ -124,7 +124,8 @@ class alignas(64) SplineSpans final : public SurfaceEvaluator {
           u_(u, memory),
           v_(v, memory) {
         numbers_.reserve(stride * coefficients.size() + 1);
-        for (const Vec4& c : coefficients) numbers_.insert(numbers_.end(), c.begin(), c.begin() + stride);
+        for (const Vec4& c : coefficients)
+            numbers_.insert(numbers_.end(), c.begin(), c.begin() + stride);
         numbers_.push_back(0.0);  // may be read behind the last one
         coefficients_ = numbers_.data();
     }

@@ -196,8 +196,7 @@ bool TrimRegion::crosses(const Chord& c, const Vec2& uv, int depth) const {
     const Vec2 size = high_ - low_;
     const Eigen::Array2d exact = exact_bulge * size.array();
     // Along u or v, however unevenly run through: only where its ends are matters.
-    const bool along_axis =
-        ((c.end - c.start).array().abs() + c.bulge.array() <= exact).any();
+    const bool along_axis = ((c.end - c.start).array().abs() + c.bulge.array() <= exact).any();
     if (c.curve < 0 || depth >= max_halvings || along_axis || (c.bulge.array() <= exact).all()) {
         if (!straddles) return false;
         const double s = (v - c.start.y()) / (c.end.y() - c.start.y());

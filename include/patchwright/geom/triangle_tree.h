@@ -92,8 +92,8 @@ class TriangleTree {
         return min(low, high);
     }
 
-    // Only what lies inside by more than rounding counts as inside: beside the edges the distance to
-    // the nearest edge is as good, and never too small.
+    // Only what lies inside by more than rounding counts as inside: beside the edges the distance
+    // to the nearest edge is as good, and never too small.
     static constexpr float inside_margin = 5e-7f;
 
     // Here, so that it becomes part of what searches and is compiled for the same processor.
@@ -107,7 +107,8 @@ class TriangleTree {
     double extent_ = 1.0, scale_ = 1.0;  ///< the longest side of the bounds, unless 0; its inverse
 };
 
-inline void TriangleTree::measure(const Block& block, const Eigen::Vector3f& query, Near& near) const {
+inline void TriangleTree::measure(const Block& block, const Eigen::Vector3f& query,
+                                  Near& near) const {
     const auto three = [](const std::array<Lanes, 3>& from) {
         return std::array<Wide, 3>{load(from[0]), load(from[1]), load(from[2])};
     };
