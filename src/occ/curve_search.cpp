@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 namespace patchwright::occ {
 
@@ -17,6 +18,7 @@ using geom::Vec3;
 
 namespace {
 
+constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr int max_degree = 9;
 
 /// Of the polynomial between two neighbouring knots; -1 where the curve is none.
@@ -197,7 +199,9 @@ CurveHit CurveSearch::descend(const Chord& chord, const Vec3& query, double s) c
         const double length = std::abs(step) * std::sqrt(metric);
         if (!(length > 1e-13 * size_)) break;
         double fraction = std::min(1.0, (newton ? 2.0 : 1.0) * stride / length);
-        const double before = r.squaredNorm();
+        // Newton's last step gains less than rounding shows.
+        const bool last = newton && length < 1e-8 * size_ && fraction == 1.0;
+        const double before = last ? infinity : r.squaredNorm();
         Vec3 next, next_d, next_dd;
         for (int k = 0; k < max_halvings; ++k, fraction *= 0.5) {
             evaluate(t + fraction * step, next, next_d, next_dd);
@@ -208,7 +212,7 @@ CurveHit CurveSearch::descend(const Chord& chord, const Vec3& query, double s) c
         p = next;
         d = next_d;
         dd = next_dd;
-        if (newton && length < 1e-8 * size_ && fraction == 1.0) break;
+        if (last) break;
     }
     return {chord.edge, t, p, (p - query).norm()};
 }

@@ -3,12 +3,16 @@
 
 #include <patchwright/occ/inspect.h>
 
+#include <BRepBuilderAPI_MakeEdge.hxx>
 #include <BRepBuilderAPI_MakePolygon.hxx>
+#include <BRepBuilderAPI_MakeWire.hxx>
 #include <catch2/catch.hpp>
+#include <gp_Circ.hxx>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <numbers>
 #include <vector>
 
 using namespace patchwright;
@@ -77,6 +81,37 @@ TEST_CASE("an edge is found though a face behind it has a foot of its own", "[oc
             const double to_side = (2.0 * x - 10.0) / std::sqrt(2.0);
             CHECK(reference.foot_point(query).distance ==
                   Approx(std::min(to_side, 3.0)).epsilon(1e-12));
+        }
+    }
+}
+
+TEST_CASE("a round edge a little nearer than the face behind it is found", "[occ][oracle]") {
+    // Off a disc in its plane the nearest point is on the circle; a plate below is farther by less
+    // than the triangulation's chords are off the circle, so that it has the nearest foot on a
+    // face, in the middle of large triangles. Only that the disc's triangles are as near, though
+    // no foot is on them, says that edges must be looked at.
+    const double radius = 10.0, height = 3.0;
+    const gp_Circ circle(gp_Ax2(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)), radius);
+    BRepBuilderAPI_MakePolygon around(gp_Pnt(-50, -50, -height), gp_Pnt(50, -50, -height),
+                                      gp_Pnt(50, 50, -height), gp_Pnt(-50, 50, -height), true);
+    TopoDS_Compound both;
+    const BRep_Builder builder;
+    builder.MakeCompound(both);
+    builder.Add(both, BRepBuilderAPI_MakeFace(
+                          BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(circle)).Wire())
+                          .Face());
+    builder.Add(both, BRepBuilderAPI_MakeFace(around.Wire()).Face());
+    const occ::CadReference reference(test::model_of(both));
+    for (const double farther : {1e-5, 1e-4, 1e-3, 5e-3}) {
+        const double distance = height - farther;
+        for (int i = 0; i < 100; ++i) {
+            const double angle = 0.01 + 2.0 * std::numbers::pi * i / 100;
+            const geom::Vec3 outward(std::cos(angle), std::sin(angle), 0.0);
+            const auto foot = reference.foot_point((radius + distance) * outward);
+            CAPTURE(farther, angle);
+            CHECK(foot.distance == Approx(distance).epsilon(1e-12));
+            // The answer is a point to 1e-12 of the model's size of 142.
+            CHECK((foot.point - radius * outward).norm() < 1e-9);
         }
     }
 }
