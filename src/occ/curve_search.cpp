@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 namespace patchwright::occ {
 
@@ -18,14 +17,16 @@ using geom::Vec3;
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr int max_degree = 9;
+
+Handle(Geom_Curve) untrimmed(const Handle(Geom_Curve) & curve) {
+    const auto trimmed = Handle(Geom_TrimmedCurve)::DownCast(curve);
+    return trimmed.IsNull() ? curve : untrimmed(trimmed->BasisCurve());
+}
 
 /// Of the polynomial between two neighbouring knots; -1 where the curve is none.
 int degree_of(const Handle(Geom_Curve) & curve) {
     int degree = -1;
-    if (const auto trimmed = Handle(Geom_TrimmedCurve)::DownCast(curve); !trimmed.IsNull())
-        return degree_of(trimmed->BasisCurve());
     if (const auto spline = Handle(Geom_BSplineCurve)::DownCast(curve); !spline.IsNull()) {
         if (!spline->IsRational()) degree = spline->Degree();
     } else if (const auto bezier = Handle(Geom_BezierCurve)::DownCast(curve); !bezier.IsNull()) {
@@ -34,6 +35,33 @@ int degree_of(const Handle(Geom_Curve) & curve) {
         degree = 1;
     }
     return degree <= max_degree ? degree : -1;
+}
+
+/// Ends of the pieces that are smooth: continuously differentiable, or polynomials where the curve
+/// has them. The kernel's own intervals of infinite smoothness leave out knots of high continuity.
+std::vector<double> breaks_of(const ModelEdge& edge) {
+    const GeomAdaptor_Curve adaptor(edge.curve, edge.first, edge.last);
+    TColStd_Array1OfReal intervals(1, adaptor.NbIntervals(GeomAbs_C1) + 1);
+    adaptor.Intervals(intervals, GeomAbs_C1);
+    std::vector<double> breaks(intervals.begin(), intervals.end());
+    const Handle(Geom_Curve) curve = untrimmed(edge.curve);
+    const auto spline = Handle(Geom_BSplineCurve)::DownCast(curve);
+    if (spline.IsNull() || degree_of(curve) < 0) return breaks;
+    const double period = spline->IsPeriodic() ? spline->Period() : 0.0;
+    const double least = 1e-9 * (edge.last - edge.first);
+    for (int i = 1; i <= spline->NbKnots(); ++i) {
+        double knot = spline->Knot(i);
+        if (period > 0.0) knot += std::ceil((edge.first - knot) / period) * period;
+        for (; knot < edge.last - least; knot += period) {
+            const bool is_new = std::all_of(breaks.begin(), breaks.end(), [&](double other) {
+                return std::abs(other - knot) > least;
+            });
+            if (is_new && knot > edge.first + least) breaks.push_back(knot);
+            if (!(period > 0.0)) break;
+        }
+    }
+    std::sort(breaks.begin(), breaks.end());
+    return breaks;
 }
 
 }  // namespace
@@ -64,12 +92,9 @@ CurveSearch::CurveSearch(const std::vector<ModelEdge>& edges, const std::vector<
 
 void CurveSearch::add_edge(int number, double deflection) {
     const ModelEdge& edge = (*edges_)[std::size_t(number)];
-    const GeomAdaptor_Curve adaptor(edge.curve, edge.first, edge.last);
-    const GeomAbs_Shape smooth = degree_of(edge.curve) < 0 ? GeomAbs_C1 : GeomAbs_CN;
-    TColStd_Array1OfReal breaks(1, adaptor.NbIntervals(smooth) + 1);
-    adaptor.Intervals(breaks, smooth);
-    for (int i = breaks.Lower(); i < breaks.Upper(); ++i) {
-        const double a = breaks(i), b = breaks(i + 1);
+    const std::vector<double> breaks = breaks_of(edge);
+    for (std::size_t i = 0; i + 1 < breaks.size(); ++i) {
+        const double a = breaks[i], b = breaks[i + 1];
         split({edge.at(a), edge.at(b), a, b, 0.0, number, polynomial_on(edge, a, b)}, deflection,
               0);
     }
@@ -78,7 +103,7 @@ void CurveSearch::add_edge(int number, double deflection) {
 // Taylor's series around the middle: it ends with the degree.
 CurveSearch::Polynomial CurveSearch::polynomial_on(const ModelEdge& edge, double from, double to) {
     Polynomial p;
-    p.degree = degree_of(edge.curve);
+    p.degree = degree_of(untrimmed(edge.curve));
     if (p.degree < 0) return p;
     const double half = 0.5 * (to - from);
     p.middle = 0.5 * (from + to);
@@ -89,6 +114,12 @@ CurveSearch::Polynomial CurveSearch::polynomial_on(const ModelEdge& edge, double
     for (int k = 1; k <= p.degree; ++k) {
         factor *= half / k;
         powers_.push_back(factor * vec(edge.curve->DN(p.middle, k)));
+    }
+    // Not trusted unseen: knots nearer to each other than the kernel tells apart.
+    for (const double x : {-1.0, -0.5, 0.5, 1.0}) {
+        Vec3 at = Vec3::Zero();
+        for (int k = p.degree; k >= 0; --k) at = x * at + powers_[std::size_t(p.first + k)];
+        if (!((at - edge.at(p.middle + x * half)).norm() <= 1e-12 * size_)) return {};
     }
     return p;
 }
@@ -199,9 +230,11 @@ CurveHit CurveSearch::descend(const Chord& chord, const Vec3& query, double s) c
         const double length = std::abs(step) * std::sqrt(metric);
         if (!(length > 1e-13 * size_)) break;
         double fraction = std::min(1.0, (newton ? 2.0 : 1.0) * stride / length);
-        // Newton's last step gains less than rounding shows.
+        // Newton's last step gains less than rounding shows. Beside a point without a tangent a
+        // long way in the parameter looks short.
         const bool last = newton && length < 1e-8 * size_ && fraction == 1.0;
-        const double before = last ? infinity : r.squaredNorm();
+        const double rounding = last ? 1e-13 * size_ : 0.0;
+        const double before = r.squaredNorm() + rounding * (2.0 * r.norm() + rounding);
         Vec3 next, next_d, next_dd;
         for (int k = 0; k < max_halvings; ++k, fraction *= 0.5) {
             evaluate(t + fraction * step, next, next_d, next_dd);
