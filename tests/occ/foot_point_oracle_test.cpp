@@ -6,10 +6,16 @@
 #include <BRepBuilderAPI_MakeEdge.hxx>
 #include <BRepBuilderAPI_MakePolygon.hxx>
 #include <BRepBuilderAPI_MakeWire.hxx>
+#include <Geom_BSplineCurve.hxx>
+#include <TColStd_Array1OfInteger.hxx>
+#include <TColStd_Array1OfReal.hxx>
+#include <TColgp_Array1OfPnt.hxx>
 #include <catch2/catch.hpp>
 #include <gp_Circ.hxx>
+#include <gp_Pln.hxx>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -114,4 +120,36 @@ TEST_CASE("a round edge a little nearer than the face behind it is found", "[occ
             CHECK((foot.point - radius * outward).norm() < 1e-9);
         }
     }
+}
+
+TEST_CASE("edges of high degree with knots inside are found as the kernel finds them",
+          "[occ][oracle]") {
+    // Five times continuous where its polynomials meet: the kernel's adaptor calls it one piece.
+    constexpr int degree = 6, count = 10;
+    TColgp_Array1OfPnt poles(1, count);
+    for (int i = 0; i < count; ++i)
+        poles(i + 1) = gp_Pnt(100.0 * i / (count - 1), i % 2 == 0 ? 0.0 : 60.0, 0.0);
+    poles(count) = gp_Pnt(100.0, 0.0, 0.0);
+    TColStd_Array1OfReal knots(1, 5);
+    TColStd_Array1OfInteger multiplicities(1, 5);
+    const std::array<double, 5> at{0.0, 0.2, 0.5, 0.9, 1.0};
+    for (int i = 0; i < 5; ++i) {
+        knots(i + 1) = at[std::size_t(i)];
+        multiplicities(i + 1) = i == 0 || i == 4 ? degree + 1 : 1;
+    }
+    const Handle(Geom_BSplineCurve) curve =
+        new Geom_BSplineCurve(poles, knots, multiplicities, degree);
+    BRepBuilderAPI_MakeWire wire(BRepBuilderAPI_MakeEdge(curve).Edge());
+    wire.Add(BRepBuilderAPI_MakeEdge(gp_Pnt(100, 0, 0), gp_Pnt(100, -50, 0)).Edge());
+    wire.Add(BRepBuilderAPI_MakeEdge(gp_Pnt(100, -50, 0), gp_Pnt(0, -50, 0)).Edge());
+    wire.Add(BRepBuilderAPI_MakeEdge(gp_Pnt(0, -50, 0), gp_Pnt(0, 0, 0)).Edge());
+    const occ::CadModel model = test::model_of(
+        BRepBuilderAPI_MakeFace(gp_Pln(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)), wire.Wire()).Face());
+    const occ::CadReference reference(model);
+    const test::OracleResult found =
+        test::compare_with_kernel(reference, test::faces_only(model.impl().shape), 600, 3, 1e-6);
+    CAPTURE(found.worst.kind, found.worst.point.transpose());
+    CHECK(found.points > 500);
+    // The edge's own tolerance.
+    CHECK(found.farther <= 1e-7);
 }
