@@ -25,8 +25,9 @@ using mesh::VertexId;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr int piece_samples = 16;
+constexpr double same_rel = 1e-6;  // of the diagonal
 
-/// A place where paths begin or end: a corner of the reference or a point of one of its curves.
+/// Where a path begins or ends: a corner of the reference or a point of one of its curves.
 struct Stop {
     int corner = -1;
     int curve = -1;
@@ -55,12 +56,14 @@ class ChainMatcher {
           features_(reference.features()),
           curve_ends_(curve_ends),
           kind_(kind),
-          reach_(reach) {}
+          reach_(reach),
+          same_mm_(same_rel * reference.bounds().diagonal()) {}
 
     /// @param line  of the chain; is moved with its ends
     /// @param ends  the corners of the reference that the chain's ends have, if any
+    /// @param joins  whether the chain meets two others at an end
     FeaturePath match(Polyline& line, bool closed, std::array<int, 2> ends,
-                      std::array<Stop, 2>& stops) const {
+                      std::array<bool, 2> joins, std::array<Stop, 2>& stops) const {
         if (closed) line.push_back(line.front());
         const std::array<Vec3, 2> at{line.front(), line.back()};
         for (std::size_t k = 0; k < 2; ++k) {
@@ -69,7 +72,8 @@ class ChainMatcher {
                 const Vec3 point = features_.corners[std::size_t(ends[k])].point;
                 stop = Stop{ends[k], -1, 0.0, point};
             } else {
-                stop = nearest_stop(at[k]);
+                if (joins[k]) stop = nearest_junction(at[k]);
+                if (!stop) stop = nearest_stop(at[k]);
             }
             if (!stop) return {};
             stops[k] = *stop;
@@ -120,6 +124,25 @@ class ChainMatcher {
             if (far >= distance) continue;
             distance = far;
             best = Stop{-1, int(c), hit.arc_length, hit.point};
+        }
+        return best;
+    }
+
+    /// The nearest end of a curve but for corners, as where a smooth edge begins at a sharp rim.
+    [[nodiscard]] std::optional<Stop> nearest_junction(const Vec3& q) const {
+        std::optional<Stop> best;
+        double distance = reach_;
+        for (std::size_t c = 0; c < features_.curves.size(); ++c) {
+            if (std::isinf(dearness(kind_, features_.curves[c].kind))) continue;
+            for (const std::size_t k : {0U, 1U}) {
+                const int place = curve_ends_.places[c][k];
+                if (place < int(features_.corners.size())) continue;
+                const Vec3& point = curve_ends_.points[std::size_t(place)];
+                const double far = (point - q).norm();
+                if (far >= distance) continue;
+                distance = far;
+                best = Stop{-1, int(c), k == 0 ? 0.0 : features_.curves[c].length, point};
+            }
         }
         return best;
     }
@@ -178,9 +201,9 @@ class ChainMatcher {
     };
 
     /// The pieces of all curves of the kind between corners and these two stops, which are nodes
-    /// 0 and 1; place p of CurveEnds is node p + 2.
+    /// 0 and 1; place p of CurveEnds is node p + 2. A stop may lie on several curves.
     [[nodiscard]] std::vector<std::vector<Link>> links(const Stop& from, const Stop& to) const {
-        std::vector<std::vector<Link>> result(std::size_t(curve_ends_.count) + 2);
+        std::vector<std::vector<Link>> result(curve_ends_.points.size() + 2);
         for (std::size_t c = 0; c < features_.curves.size(); ++c) {
             const geom::FeatureCurve& curve = features_.curves[c];
             const double dear = dearness(kind_, curve.kind);
@@ -188,8 +211,11 @@ class ChainMatcher {
             std::vector<std::pair<double, int>> nodes;
             const auto [start, end] = curve_ends_.places[c];
             if (start >= 0) nodes.emplace_back(0.0, start + 2);
-            if (from.curve == int(c)) nodes.emplace_back(from.arc_length, 0);
-            if (to.curve == int(c)) nodes.emplace_back(to.arc_length, 1);
+            for (const auto& [stop, node] : {std::pair(&from, 0), std::pair(&to, 1)}) {
+                if (stop->corner >= 0) continue;
+                const auto here = reference_.nearest_on_curve(int(c), stop->point);
+                if (here.distance < same_mm_) nodes.emplace_back(here.arc_length, node);
+            }
             if (end >= 0) nodes.emplace_back(curve.length, end + 2);
             std::stable_sort(nodes.begin(), nodes.end(),
                              [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -252,6 +278,7 @@ class ChainMatcher {
     const geom::CurveEnds& curve_ends_;
     FeatureKind kind_;
     double reach_;
+    double same_mm_;
 };
 
 FeatureKind feature_kind(const Chain& chain) {
@@ -345,7 +372,7 @@ FeatureMatch match_features(const mesh::Topology& topology, const Points& points
     }
     const auto corners = match_corners(fixed, points, chain_ends, reference, reach);
     const geom::CurveEnds curve_ends =
-        geom::curve_ends(features, 1e-6 * reference.bounds().diagonal());
+        geom::curve_ends(features, same_rel * reference.bounds().diagonal());
     FeatureMatch result;
     std::vector<std::array<int, 2>> chain_corners;
     std::map<VertexId, Vec3> places;
@@ -359,9 +386,11 @@ FeatureMatch match_features(const mesh::Topology& topology, const Points& points
             if (corner != corners.end()) end_corners[k] = corner->second;
         }
         chain_corners.push_back(end_corners);
+        const std::array<bool, 2> joins{chain_ends[ends[0]].size() > 2,
+                                        chain_ends[ends[1]].size() > 2};
         std::array<Stop, 2> stops;
         result.paths.push_back(ChainMatcher(reference, curve_ends, feature_kind(chain), reach)
-                                   .match(lines[i], chain.closed, end_corners, stops));
+                                   .match(lines[i], chain.closed, end_corners, joins, stops));
         for (std::size_t k = 0; k < 2 && !chain.closed; ++k) {
             if (std::find(fixed.begin(), fixed.end(), ends[k]) == fixed.end()) continue;
             has_chain.try_emplace(ends[k], false);

@@ -74,6 +74,20 @@ class FadedRim final : public test::Box {
     static bool is_upper(const geom::FeatureCurve& c) { return c.start.z() > 0 && c.end.z() > 0; }
 };
 
+/// A cube with sharp edges, and a smooth one across its top from the middle of one to that of
+/// another, where there are no corners.
+class Divided final : public test::Box {
+  public:
+    Divided() {
+        geom::FeatureCurve across;
+        across.kind = geom::FeatureKind::Smooth;
+        across.length = 2.0;
+        across.start = Vec3(0, -1, 1);
+        across.end = Vec3(0, 1, 1);
+        features_.curves.push_back(across);
+    }
+};
+
 /// Two flat squares side by side that touch along x = 0 but do not hang together: their corners
 /// there are in the same place.
 class Slit final : public test::StraightEdged {
@@ -261,6 +275,55 @@ TEST_CASE("sharp edges that are far from every feature are fitted like the surfa
     int without = 0;
     for (const auto& path : found.paths) without += path.empty() ? 1 : 0;
     CHECK(without == 1);
+}
+
+TEST_CASE("creases that meet within a sharp edge go to where a smooth one begins",
+          "[fit][features]") {
+    // Corner i is at (i & 1, i >> 1 & 1, i >> 2); the two points across are off along the edges.
+    std::vector<Vec3> points;
+    for (int i = 0; i < 8; ++i)
+        points.emplace_back(2 * (i & 1) - 1, 2 * (i >> 1 & 1) - 1, 2 * (i >> 2) - 1);
+    points.emplace_back(0.08, -1.01, 1.0);
+    points.emplace_back(-0.06, 1.0, 1.02);
+    const std::vector<std::vector<int>> faces{{0, 2, 3, 1},    {4, 8, 9, 6},    {8, 5, 7, 9},
+                                              {0, 1, 5, 8, 4}, {2, 6, 9, 7, 3}, {0, 4, 6, 2},
+                                              {1, 3, 7, 5}};
+    mesh::TopologyInput tags;
+    for (const auto& [a, b] : {std::pair(0, 1),
+                               {1, 3},
+                               {3, 2},
+                               {2, 0},
+                               {4, 8},
+                               {8, 5},
+                               {5, 7},
+                               {7, 9},
+                               {9, 6},
+                               {6, 4},
+                               {0, 4},
+                               {1, 5},
+                               {2, 6},
+                               {3, 7},
+                               {8, 9}})
+        tags.creases.push_back({a, b, mesh::infinite_sharpness});
+    const Divided reference;
+    const auto found = match(test::make_cage(points, faces, tags), reference);
+    const Vec3 start(0, -1, 1), end(0, 1, 1);
+    int at_ends = 0;
+    for (const auto& place : found.places) {
+        if (place.vertex.value == 8) CHECK((place.point - start).norm() == 0.0);
+        if (place.vertex.value == 9) CHECK((place.point - end).norm() == 0.0);
+        at_ends += place.vertex.value >= 8 ? 1 : 0;
+    }
+    CHECK(at_ends == 2);
+    double sum = 0.0;
+    const int across = int(reference.features().curves.size()) - 1;
+    int along_it = 0;
+    for (const auto& path : found.paths) {
+        sum += length(path);
+        along_it += path.size() == 1 && path[0].curve == across ? 1 : 0;
+    }
+    CHECK(along_it == 1);
+    CHECK(sum == Approx(26.0));  // twelve edges and the one across, each once
 }
 
 TEST_CASE("a crease goes on along smooth edges where sharp ones fade", "[fit][features]") {

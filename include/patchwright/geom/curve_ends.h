@@ -9,7 +9,7 @@
 namespace patchwright::geom {
 
 struct CurveEnds {
-    int count = 0;  ///< places; the first ones are the corners, in their order
+    std::vector<Vec3> points;  ///< of places; the first ones are the corners, in their order
     /// Place of each curve's start and end; -1 for closed curves without a corner.
     std::vector<std::array<int, 2>> places;
 };
