@@ -56,7 +56,7 @@ def boolean_check(shape):
         return str(error)
 
 
-def inspect(path):
+def inspect(path, each_face):
     shape = Part.read(path)
     box = shape.BoundBox
     return {
@@ -67,6 +67,7 @@ def inspect(path):
         "closed": bool(shape.Shells) and all(shell.isClosed() for shell in shape.Shells),
         "valid": shape.isValid(),
         "boolean_check": boolean_check(shape),
+        **({"bad_faces": [i for i, face in enumerate(shape.Faces) if boolean_check(face) != "ok"]} if each_face else {}),
         "edge_uses": edge_uses(shape),
         "bicubic_faces": sum(is_bicubic(face.Surface) for face in shape.Faces),
         "untrimmed_faces": sum(is_untrimmed(face) for face in shape.Faces),
@@ -81,6 +82,7 @@ def problems(found, args):
         return [] if value == wanted else [f"{name}: {value}, expected {wanted}"]
 
     result = expect("valid", found["valid"], True) + expect("boolean_check", found["boolean_check"], "ok")
+    result += expect("bad_faces", found.get("bad_faces", []), [])
     if args.solids is not None:
         result += expect("solids", found["solids"], args.solids)
     if args.solids:
@@ -108,8 +110,10 @@ def main():
     parser.add_argument("--tolerance", type=float, default=1e-6, help="of volume and area, relative")
     parser.add_argument("--bicubic", action="store_true",
                         help="every face an untrimmed, non-rational bicubic B-spline surface")
+    parser.add_argument("--each-face", action="store_true",
+                        help="the boolean check of each face alone too: numbers of those that fail")
     args = parser.parse_args()
-    found = inspect(args.file)
+    found = inspect(args.file, args.each_face)
     found["problems"] = problems(found, args)
     print(json.dumps(found, indent=2))
     sys.exit(1 if found["problems"] else 0)
