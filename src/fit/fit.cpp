@@ -22,6 +22,7 @@ void check(const FitOptions& o) {
     };
     require(o.tolerance_mm > 0.0, "the tolerance must be positive");
     require(o.max_levels >= 0, "max_levels must not be negative");
+    require(o.max_idle_levels >= 1, "max_idle_levels must be positive");
     require(o.max_projections >= 0, "max_projections must not be negative");
     require(o.reverse_samples >= 0, "reverse_samples must not be negative");
     require(o.samples_per_edge >= 2, "samples_per_edge must be at least 2");
@@ -111,8 +112,10 @@ FitResult fit_facing(const mesh::Cage& cage, const geom::ReferenceSurface& refer
         }
         if (!worse) kept = std::move(now);
         result.met = least <= options.tolerance_mm;
-        const bool room = static_cast<int>(result.levels.size()) <= options.max_levels &&
-                          !is_stuck(result.levels);
+        const bool room =
+            static_cast<int>(result.levels.size()) <= options.max_levels &&
+            static_cast<int>(result.levels.size()) <= result.best_level + options.max_idle_levels &&
+            !is_stuck(result.levels);
         std::optional<NextLevel> next;
         if (!result.met && room && (retry || !worse)) {
             next = refine_where_needed(kept->cage, kept->error, kept->history, options,

@@ -24,8 +24,8 @@ bool is_same(const PartFit& known, const mesh::Cage& part, const geom::Reference
     const FitOptions& k = known.options;
     return known.reference == reference && k.tolerance_mm == o.tolerance_mm &&
            k.keeps_form == o.keeps_form && k.max_levels == o.max_levels &&
-           k.max_vertices == o.max_vertices && k.refinement == o.refinement &&
-           k.symmetry == o.symmetry && is_same(known.given, part);
+           k.max_vertices == o.max_vertices && k.max_idle_levels == o.max_idle_levels &&
+           k.refinement == o.refinement && k.symmetry == o.symmetry && is_same(known.given, part);
 }
 
 /// What part stands for level number `level` of `count`.

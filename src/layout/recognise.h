@@ -13,10 +13,13 @@ namespace patchwright::layout {
 
 struct Recognised {
     std::optional<Blocks> blocks;
-    std::string text;  ///< what the body is, or why it is nothing known
+    std::string text;           ///< what the body is, or why it is nothing known
+    bool skipped_line = false;  ///< see Wing
 };
 
 /// @param fineness  > 0: lines are about that many times as many along the body, its root around
-Recognised recognise(const Body& body, const geom::ModelSurface& reference, double fineness);
+/// @param partial_lines  see CageOptions
+Recognised recognise(const Body& body, const geom::ModelSurface& reference, double fineness,
+                     bool partial_lines);
 
 }  // namespace patchwright::layout

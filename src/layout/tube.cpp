@@ -1,6 +1,6 @@
 #include "layout/tube.h"
 
-#include "layout/feature_rings.h"
+#include "layout/feature_chain.h"
 
 #include <fmt/format.h>
 
@@ -167,10 +167,11 @@ class TubeFinder {
             if (!is_sharp(f.curve) || rings_.contains(f.curve) ||
                 !std::binary_search(mine_.begin(), mine_.end(), f.v0))
                 continue;
-            const std::vector<int> chain = ring_through(f.curve, reference_);
-            if (std::all_of(lines_.begin(), lines_.end(),
-                            [&](const Line& line) { return crosses_once(line, chain); }))
-                rings_.insert(chain.begin(), chain.end());
+            const FeatureChain chain = chain_from(f.curve, false, reference_);
+            if (chain.closed && std::all_of(lines_.begin(), lines_.end(), [&](const Line& line) {
+                    return crosses_once(line, chain.curves);
+                }))
+                rings_.insert(chain.curves.begin(), chain.curves.end());
             else if (curves[std::size_t(f.curve)].length >= short_rel * around)
                 return refuse("a sharp line does not run around it");
         }

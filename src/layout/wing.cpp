@@ -1,3 +1,4 @@
+#include "layout/feature_chain.h"
 #include "layout/wing_finder.h"
 
 #include <fmt/format.h>
@@ -104,9 +105,20 @@ bool WingFinder::is_wing() {
         at_nose += curves.empty() ? 0 : 1;
         nose.insert(curves.begin(), curves.end());
     }
-    // A line on part of the nose only is a flaw of the model that a column could not follow.
-    wing_.nose_line = at_nose == samples_along;
-    if (wing_.nose_line) wing_.lines.nose = nose;
+    // A few sections with a line at the nose are a flaw of the model.
+    const bool on_part = 2 * at_nose > samples_along && at_nose < samples_along;
+    wing_.skipped_line = on_part && !options_.partial_lines;
+    wing_.nose_line = at_nose == samples_along || (on_part && options_.partial_lines);
+    if (wing_.nose_line) {
+        wing_.lines.nose = nose;
+        // Where it goes on smoothly it is still one line.
+        for (const int curve : nose)
+            for (const bool backwards : {false, true})
+                for (const int next : chain_from(curve, backwards, reference_).curves)
+                    if (reference_.features().curves[std::size_t(next)].kind ==
+                        geom::FeatureKind::Smooth)
+                        wing_.lines.nose.insert(next);
+    }
     for (const auto& [height, loops] : cuts) {
         auto result = wing_section(loops, wing_.lines, reference_);
         if (result.section) known_.emplace(height, std::move(*result.section));
@@ -216,7 +228,8 @@ bool WingFinder::add_section(double height) {
     if (result.section->blunt != wing_.blunt)
         return refuse(fmt::format("the trailing edge is sharp or blunt only {}", percent(height)));
     if (!wing_.sections.empty())
-        wing_.sharp_nose.push_back(wing_.sections.back().sharp_nose && result.section->sharp_nose);
+        wing_.nose_on_line.push_back(wing_.sections.back().nose_on_line &&
+                                     result.section->nose_on_line);
     wing_.sections.push_back(std::move(*result.section));
     ++found_;
     return true;

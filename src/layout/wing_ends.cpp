@@ -168,6 +168,15 @@ void WingFinder::find_span_of_lines() {
         if (low > high) continue;
         line_ends_.push_back(low + inside_rel * wing_.span);
         line_ends_.push_back(high - inside_rel * wing_.span);
+        for (const int curve : *curves) {
+            const geom::FeatureCurve& c = reference_.features().curves[std::size_t(curve)];
+            for (const int corner : {c.start_corner, c.end_corner}) {
+                if (corner < 0) continue;
+                const double height = reference_.features().corners[std::size_t(corner)].point.dot(
+                    wing_.slicer.normal());
+                if (height > low && height < high) line_ends_.push_back(height);
+            }
+        }
     }
     std::sort(line_ends_.begin(), line_ends_.end());
 }

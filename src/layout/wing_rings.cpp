@@ -66,12 +66,22 @@ class WingRings {
         return feature && feature->distance < 0.01 * wing_.span ? feature->point : p;
     }
 
+    [[nodiscard]] Vec3 on_nose_line(const Vec3& p) const {
+        geom::FeaturePoint best;
+        best.point = p;
+        best.distance = 0.01 * wing_.span;
+        for (const int curve : wing_.lines.nose) {
+            const auto on_curve = reference_.nearest_on_curve(curve, p);
+            if (on_curve.distance < best.distance) best = on_curve;
+        }
+        return best.point;
+    }
+
     void add_ring(const WingSection& section) {
         for (int j = 0; j < ring_size(); ++j) {
             if (on_nose(j)) {
                 const Vec3 p = section.nose();
-                blocks_.points.push_back(
-                    section.sharp_nose ? on_feature(p, geom::FeatureKind::Sharp) : p);
+                blocks_.points.push_back(section.nose_on_line ? on_nose_line(p) : p);
                 continue;
             }
             const auto [side, k] = column(j);
@@ -105,7 +115,7 @@ class WingRings {
             const int tail = ring * ring_size(), nose = tail + columns_;
             const Vec3 front = blocks_.points[std::size_t(nose)];
             blocks_.points[std::size_t(tail)] = ridge_point(end, front, 0.0);
-            if (section_at(end).sharp_nose)
+            if (section_at(end).nose_on_line)
                 blocks_.points[std::size_t(nose)] = ridge_point(end, front, 1.0);
             return;
         }
@@ -209,8 +219,8 @@ class WingRings {
                 if (wing_.blunt) blocks_.creases.emplace_back(id(i, n - 1), id(i + 1, n - 1));
             }
             const int interval = i - first_section;
-            if (interval >= 0 && interval < int(wing_.sharp_nose.size()) &&
-                wing_.sharp_nose[std::size_t(interval)] != 0)
+            if (interval >= 0 && interval < int(wing_.nose_on_line.size()) &&
+                wing_.nose_on_line[std::size_t(interval)] != 0)
                 blocks_.creases.emplace_back(id(i, columns_), id(i + 1, columns_));
         }
         hold_ends_of_creases(1, rings - 1);
@@ -221,15 +231,23 @@ class WingRings {
         }
     }
 
-    /// Lines that begin or end within the skin do so in corners: a fit keeps those in their places.
+    /// Lines that begin or end within the skin do so in corners, and pass through the model's: a
+    /// fit keeps those in their places.
     void hold_ends_of_creases(int first_ring, int last_ring) {
+        constexpr double same_rel = 1e-4;
+        const auto is_corner = [&](int v) {
+            const auto corner =
+                reference_.feature_point(blocks_.points[std::size_t(v)], geom::FeatureKind::Corner);
+            return corner && corner->distance < same_rel * wing_.span;
+        };
         std::vector<int> edges(blocks_.points.size(), 0);
         for (const auto& [a, b] : blocks_.creases) {
             ++edges[std::size_t(a)];
             ++edges[std::size_t(b)];
         }
         for (int v = first_ring * ring_size(); v < last_ring * ring_size(); ++v)
-            if (edges[std::size_t(v)] == 1) blocks_.corners.push_back(v);
+            if (edges[std::size_t(v)] == 1 || (edges[std::size_t(v)] == 2 && is_corner(v)))
+                blocks_.corners.push_back(v);
     }
 
     void add_end_face(const WingEnd& end, std::vector<int> corners) {
@@ -267,7 +285,7 @@ class WingRings {
         for (int k = 2; k <= last; ++k)
             blocks_.points.push_back(ridge_point(end, front, shares_[std::size_t(k)]));
         for (int k = 1; k <= last; ++k) {
-            if (k < last || section_at(end).sharp_nose)
+            if (k < last || section_at(end).nose_on_line)
                 blocks_.creases.emplace_back(at(k), at(k + 1));
             add_end_face(end, {at(k), id(k), id(k + 1), at(k + 1)});
             add_end_face(end, {at(k + 1), id(across(k + 1)), id(across(k)), at(k)});

@@ -22,14 +22,16 @@ constexpr double nose_zone = 0.04;
 constexpr double across_tail = 1e-3;
 constexpr int fewest_points = 8;
 
-/// Sides of triangles keep the curve of a whole edge, which may be sharp on a part of it only.
-std::vector<Crossing> sharp_crossings(const SectionLoop& loop,
-                                      const geom::ModelSurface& reference) {
+/// Crossings of sharp curves and of those given. Sides of triangles keep the curve of a whole edge,
+/// which may be sharp on a part of it only.
+std::vector<Crossing> crossings_of(const SectionLoop& loop, const geom::ModelSurface& reference,
+                                   const std::set<int>& also = {}) {
     constexpr double beside_rel = 2e-3;  // of the way around
     const double beside = beside_rel * loop.length();
     std::vector<Crossing> crossings;
     for (const Crossing& c : loop.crossings)
-        if (reference.features().curves[std::size_t(c.curve)].kind == geom::FeatureKind::Sharp &&
+        if ((also.contains(c.curve) ||
+             reference.features().curves[std::size_t(c.curve)].kind == geom::FeatureKind::Sharp) &&
             reference.nearest_on_curve(c.curve, loop.points[std::size_t(c.point)]).distance <
                 beside)
             crossings.push_back(c);
@@ -164,7 +166,7 @@ std::optional<std::array<int, 2>> tail_curves(const std::vector<SectionLoop>& lo
     const double length = loop.length();
     double least = widest_wedge_rad;
     std::optional<std::array<int, 2>> curves;
-    const std::vector<Crossing> sharp = sharp_crossings(loop, reference);
+    const std::vector<Crossing> sharp = crossings_of(loop, reference);
     for (const Crossing& a : sharp) {
         for (const Crossing& b : sharp) {
             const Vec3 pa = loop.points[std::size_t(a.point)],
@@ -190,7 +192,7 @@ std::set<int> nose_curves(const std::vector<SectionLoop>& loops, const std::set<
     std::set<int> curves;
     if (!is_one_loop(loops)) return curves;
     const SectionLoop& loop = loops[0];
-    const std::vector<Crossing> sharp = sharp_crossings(loop, reference);
+    const std::vector<Crossing> sharp = crossings_of(loop, reference);
     const std::vector<int> edges = points_of(sharp, tail);
     if (edges.empty()) return curves;
     const Vec3 end = loop.points[std::size_t(edges.front())];
@@ -209,8 +211,8 @@ SectionResult wing_section(const std::vector<SectionLoop>& loops, const WingLine
     const SectionLoop& loop = loops[0];
     if (!loop.closed) return {{}, "an open line"};
     if (int(loop.points.size()) < fewest_points) return {{}, "a line of a few points only"};
-    const std::vector<Crossing> sharp = sharp_crossings(loop, reference);
-    std::vector<int> edges = points_of(sharp, lines.tail);
+    const std::vector<Crossing> crossings = crossings_of(loop, reference, lines.nose);
+    std::vector<int> edges = points_of(crossings, lines.tail);
     std::sort(edges.begin(), edges.end());
     edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
     if (edges.size() > 2) return {{}, fmt::format("a trailing edge of {} lines", edges.size())};
@@ -238,7 +240,7 @@ SectionResult wing_section(const std::vector<SectionLoop>& loops, const WingLine
     for (std::size_t i = 0; i < around.size(); ++i)
         if ((around[i] - end).norm() > (around[nose] - end).norm()) nose = i;
     section.chord = (around[nose] - end).norm();
-    for (const Crossing& c : sharp) {
+    for (const Crossing& c : crossings) {
         if (lines.tail.contains(c.curve)) continue;
         const Vec3& p = loop.points[std::size_t(c.point)];
         // At the end of a trailing edge there may be a line across it.
@@ -249,7 +251,7 @@ SectionResult wing_section(const std::vector<SectionLoop>& loops, const WingLine
                     fmt::format("a sharp line at {:.0f} % of the chord",
                                 100.0 * (p - end).norm() / section.chord)};
         if (lines.nose.contains(c.curve)) {
-            section.sharp_nose = true;
+            section.nose_on_line = true;
             nose = std::size_t((c.point - tail.last + count) % count);
         }
     }

@@ -12,10 +12,10 @@
 
 namespace patchwright::layout {
 
-/// Sharp curves of the model that run along a wing, by their numbers.
+/// Curves of the model that run along a wing, by their numbers.
 struct WingLines {
-    std::set<int> tail;  ///< both edges of a blunt trailing edge
-    std::set<int> nose;
+    std::set<int> tail;  ///< sharp; both edges of a blunt trailing edge
+    std::set<int> nose;  ///< sharp at least in parts
 };
 
 /// A section between its trailing edge and its nose. Sides run from the trailing edge to the nose
@@ -23,8 +23,8 @@ struct WingLines {
 struct WingSection {
     std::array<std::vector<geom::Vec3>, 2> sides;  ///< both hold the nose
     bool blunt = false;                            ///< the trailing edge has two edges
-    bool faded = false;  ///< no sharp line here: the trailing edge is where it would go on
-    bool sharp_nose = false;
+    bool faded = false;         ///< no sharp line here: the trailing edge is where it would go on
+    bool nose_on_line = false;  ///< a curve of the nose crosses here
     double chord = 0.0;
     double thickness = 0.0;
     double nose_radius = 0.0;

@@ -1,10 +1,9 @@
 // Wings, blades and nacelles whose CAD is the limit surface of a cage that only the test knows.
+#include "shape.h"
 #include "support/cages.h"
 
 #include <patchwright/fit/fit.h>
 #include <patchwright/layout/make_cage.h>
-#include <patchwright/occ/assemble.h>
-#include <patchwright/patch/extract.h>
 
 #include <catch2/catch.hpp>
 
@@ -12,30 +11,21 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 namespace patchwright {
 namespace {
 
 using geom::Vec3;
+using test::Shape;
+using test::shape_of;
 using Rings = std::vector<std::vector<Vec3>>;
 
-struct Shape {
-    occ::CadModel model;
-    occ::CadReference reference;
-};
-
-Shape shape_of(const mesh::Cage& cage) {
-    occ::CadModel model = occ::assemble(patch::extract(cage).patches);
-    occ::CadReference reference(model);
-    return {std::move(model), std::move(reference)};
-}
-
-/// Quads between rings that follow each other; sharp from ring `sharp_from` on along the columns
-/// given. Lids, when asked for, are bands of quads across both ends, with sharp rims.
+/// Quads between rings that follow each other; columns given are sharp from the rings given on.
+/// Lids, when asked for, are bands of quads across both ends, with sharp rims.
 /// @pre with lids the rings have an even number of points, 0 and n - 1 at the trailing edge
-mesh::Cage ring_cage(const Rings& rings, const std::vector<int>& sharp_columns, int sharp_from,
-                     bool lids) {
+mesh::Cage ring_cage(const Rings& rings, const std::map<int, int>& sharp_from, bool lids) {
     const int n = int(rings[0].size()), count = int(rings.size());
     std::vector<Vec3> points;
     for (const auto& ring : rings) points.insert(points.end(), ring.begin(), ring.end());
@@ -45,9 +35,9 @@ mesh::Cage ring_cage(const Rings& rings, const std::vector<int>& sharp_columns, 
     for (int i = 0; i + 1 < count; ++i) {
         for (int k = 0; k < n; ++k)
             faces.push_back({at(i, k), at(i, k + 1), at(i + 1, k + 1), at(i + 1, k)});
-        if (i < sharp_from) continue;
-        for (const int k : sharp_columns)
-            tags.creases.push_back({at(i, k), at(i + 1, k), mesh::infinite_sharpness});
+        for (const auto& [k, from] : sharp_from)
+            if (i >= from)
+                tags.creases.push_back({at(i, k), at(i + 1, k), mesh::infinite_sharpness});
     }
     for (const int ring : {0, count - 1}) {
         if (!lids) break;
@@ -183,7 +173,7 @@ void check_creases(const mesh::Cage& cage, const Shape& shape) {
 }
 
 TEST_CASE("a twisted wing with a blunt trailing edge gets rings and two lids", "[layout]") {
-    const Shape wing = shape_of(ring_cage(wing_rings(), {0, 15}, 0, true));
+    const Shape wing = shape_of(ring_cage(wing_rings(), {{0, 0}, {15, 0}}, true));
     const auto made = layout::make_cage(wing.model, wing.reference);
     REQUIRE(made.layout.size() == 1);
     INFO(made.layout[0]);
@@ -211,8 +201,50 @@ TEST_CASE("a twisted wing with a blunt trailing edge gets rings and two lids", "
     check_deviation(made.cage, wing, 1e-4);
 }
 
+/// The same with a line of points along the nose, open at both ends.
+Rings nosed_wing_rings() {
+    Rings rings = wing_rings();
+    for (auto& ring : rings)
+        ring.insert(ring.begin() + 8,
+                    ring[7] + 0.4 * (ring[7] - ring[6]) + 0.5 * (ring[8] - ring[7]));
+    return rings;
+}
+
+TEST_CASE("a nose that is sharp on a part of the span gets a line when asked for", "[layout]") {
+    const Shape wing = shape_of(ring_cage(nosed_wing_rings(), {{0, 0}, {16, 0}, {8, 2}}, false));
+    const auto plain = layout::make_cage(wing.model, wing.reference);
+    REQUIRE(plain.layout.size() == 1);
+    INFO(plain.layout[0]);
+    CHECK(plain.skipped_lines);
+    CHECK(plain.layout[0].find("line along the nose") == std::string::npos);
+    const auto made = layout::make_cage(wing.model, wing.reference, {.partial_lines = true});
+    INFO(made.layout[0]);
+    CHECK(!made.skipped_lines);
+    CHECK(made.layout[0].find("line along the nose") != std::string::npos);
+    // Sharp edges but those of the trailing edge lie along the nose, from the third ring to the
+    // tip.
+    const auto& curves = wing.reference.features().curves;
+    const mesh::Topology& topology = *made.cage.topology;
+    double length = 0.0, sharp = 0.0;
+    for (const mesh::EdgeId e : topology.edges()) {
+        if (topology.sharpness(e) == 0.0 || topology.is_boundary(e)) continue;
+        const Vec3 a = made.cage.points.row(topology.start(e).value),
+                   b = made.cage.points.row(topology.end(e).value);
+        const double t = (a.y() + b.y()) / 6000.0, chord = 1000.0 - 500.0 * t;
+        if (0.5 * (a.x() + b.x()) < 400.0 * t) length += (b - a).norm();
+        CHECK(std::abs(a.y() - b.y()) > 0.1 * chord);
+    }
+    for (const auto& curve : curves)
+        if (curve.kind == geom::FeatureKind::Sharp &&
+            curve.start.x() < 400.0 * curve.start.y() / 3000.0)
+            sharp += curve.length;
+    CHECK(sharp > 1000.0);
+    CHECK(length > 0.98 * sharp);
+    check_deviation(made.cage, wing, 1e-4);
+}
+
 TEST_CASE("a blade's thick round root gets the same rings, its trailing edge fades", "[layout]") {
-    const Shape blade = shape_of(ring_cage(blade_rings(), {0, 15}, 0, false));
+    const Shape blade = shape_of(ring_cage(blade_rings(), {{0, 0}, {15, 0}}, false));
     const auto made = layout::make_cage(blade.model, blade.reference);
     REQUIRE(made.layout.size() == 1);
     INFO(made.layout[0]);
@@ -224,7 +256,7 @@ TEST_CASE("a blade's thick round root gets the same rings, its trailing edge fad
 }
 
 TEST_CASE("a nacelle gets rings around its lip", "[layout]") {
-    const Shape nacelle = shape_of(ring_cage(nacelle_rings(), {}, 0, false));
+    const Shape nacelle = shape_of(ring_cage(nacelle_rings(), {}, false));
     const auto made = layout::make_cage(nacelle.model, nacelle.reference);
     REQUIRE(made.layout.size() == 1);
     INFO(made.layout[0]);

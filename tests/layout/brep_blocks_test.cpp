@@ -1,12 +1,11 @@
 // Blocks along the faces of models whose CAD is the limit surface of a cage that only the test
 // knows.
 #include "layout/untangle.h"
+#include "shape.h"
 #include "support/cages.h"
 
 #include <patchwright/fit/fit.h>
 #include <patchwright/layout/make_cage.h>
-#include <patchwright/occ/assemble.h>
-#include <patchwright/patch/extract.h>
 
 #include <catch2/catch.hpp>
 
@@ -18,17 +17,8 @@ namespace patchwright {
 namespace {
 
 using geom::Vec3;
-
-struct Shape {
-    occ::CadModel model;
-    occ::CadReference reference;
-};
-
-Shape shape_of(const mesh::Cage& cage) {
-    occ::CadModel model = occ::assemble(patch::extract(cage).patches);
-    occ::CadReference reference(model);
-    return {std::move(model), std::move(reference)};
-}
+using test::Shape;
+using test::shape_of;
 
 /// Of all samples after a fit, of the diagonal.
 double fitted_distance(const mesh::Cage& cage, const Shape& shape) {

@@ -57,6 +57,7 @@ layout::CageResult make_cage(Run& run, const Input& input, const LayoutOptions& 
                                      .target_faces = options.target_faces,
                                      .tolerance_rel = tolerance_rel,
                                      .fineness = options.fineness,
+                                     .partial_lines = options.partial_lines,
                                      .finer_at = options.finer_at,
                                      .progress = run.progress()};
     layout::CageResult result = input.mesh ? layout::make_cage(*input.mesh, making)
@@ -78,6 +79,8 @@ FitCommandOptions for_made_cage(FitCommandOptions options, const layout::CageRes
     // need many times the faces they came with are not what the model is like.
     constexpr int most_levels = 2, most_levels_of_blocks = 5, most_vertices = 40000;
     constexpr int most_vertices_of_block = 8, vertices_to_begin_with = 2000;
+    // Another cage may serve better than levels that gain nothing.
+    options.max_idle_levels = std::min(options.max_idle_levels, 2);
     // Remeshed faces and blocks have the form they happen to have.
     options.keeps_form = made.method == layout::Method::Aligned && !made.from_faces;
     if (options.keeps_form) return options;
@@ -142,6 +145,7 @@ mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ModelSurface& 
         .refinement = options.refine == "local" ? fit::Refinement::Local : fit::Refinement::Global,
         .max_levels = options.max_levels,
         .max_vertices = options.max_vertices,
+        .max_idle_levels = options.max_idle_levels,
         .keeps_form = options.keeps_form,
         .symmetry = symmetry_option(options.symmetry),
         .progress = run.progress()};

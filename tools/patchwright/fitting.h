@@ -17,7 +17,8 @@ namespace patchwright::cli {
 struct LayoutOptions {
     std::string method = "auto";
     int target_faces = 0;   ///< 0: as curvature asks for
-    double fineness = 1.0;  ///< of a further try: see layout::CageOptions
+    double fineness = 1.0;  ///< of a further try, as those below: see layout::CageOptions
+    bool partial_lines = false;
     std::vector<layout::CageOptions::Place> finer_at;
 };
 
@@ -40,6 +41,7 @@ struct FitCommandOptions {
     std::string symmetry = "detect";
     int max_levels = 12;
     int max_vertices = 200000;  ///< of a fitted cage
+    int max_idle_levels = 12;   ///< see fit::FitOptions
     bool keeps_form = true;     ///< see fit::FitOptions
 };
 

@@ -25,6 +25,8 @@ struct FitOptions {
     Refinement refinement = Refinement::Local;
     int max_levels = 12;        ///< refinements at most
     int max_vertices = 200000;  ///< no refinement beyond this many control points
+    /// The fit ends after so many levels in a row that came no nearer than the best one.
+    int max_idle_levels = 12;
     /// A face that was split and still has more than this share of its distance is given one more
     /// chance, then none: what is left there is a feature that the cage lacks. Smooth regions gain
     /// a factor of four to sixteen.

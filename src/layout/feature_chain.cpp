@@ -1,4 +1,4 @@
-#include "layout/feature_rings.h"
+#include "layout/feature_chain.h"
 
 #include <patchwright/geom/curve_ends.h>
 
@@ -9,7 +9,7 @@ namespace patchwright::layout {
 using geom::FeatureKind;
 using geom::Vec3;
 
-std::vector<int> ring_through(int curve, const geom::ModelSurface& reference) {
+FeatureChain chain_from(int curve, bool backwards, const geom::ModelSurface& reference) {
     constexpr double same_rel = 1e-6, straight = 0.7;  // cosine
     const auto& curves = reference.features().curves;
     const geom::CurveEnds ends =
@@ -18,17 +18,17 @@ std::vector<int> ring_through(int curve, const geom::ModelSurface& reference) {
     const auto tangent = [&](int c, bool at_end) {
         return reference.point_on_curve(c, at_end ? curves[std::size_t(c)].length : 0.0).tangent;
     };
-    std::vector<int> chain{curve};
-    const int first = ends.places[std::size_t(curve)][0];
-    int at = ends.places[std::size_t(curve)][1];
-    Vec3 direction = tangent(curve, true);
+    FeatureChain chain{{curve}};
+    std::vector<int>& members = chain.curves;
+    const int first = ends.places[std::size_t(curve)][backwards ? 1 : 0];
+    int at = ends.places[std::size_t(curve)][backwards ? 0 : 1];
+    Vec3 direction = (backwards ? -1.0 : 1.0) * tangent(curve, !backwards);
     while (at != first) {
         int next = -1;
-        bool backwards = false;
         double best = straight;
         for (int c = 0; c < int(curves.size()); ++c) {
             if (curves[std::size_t(c)].kind == FeatureKind::Free ||
-                std::find(chain.begin(), chain.end(), c) != chain.end())
+                std::find(members.begin(), members.end(), c) != members.end())
                 continue;
             for (const bool from_end : {false, true}) {
                 if (ends.places[std::size_t(c)][from_end ? 1 : 0] != at) continue;
@@ -39,11 +39,12 @@ std::vector<int> ring_through(int curve, const geom::ModelSurface& reference) {
                 backwards = from_end;
             }
         }
-        if (next < 0) return {};
-        chain.push_back(next);
+        if (next < 0) return chain;
+        members.push_back(next);
         at = ends.places[std::size_t(next)][backwards ? 0 : 1];
         direction = (backwards ? -1.0 : 1.0) * tangent(next, !backwards);
     }
+    chain.closed = true;
     return chain;
 }
 
