@@ -30,8 +30,6 @@ constexpr double same_rel = 1e-6;  // of the diagonal
 /// Where a path begins or ends: a corner of the reference or a point of one of its curves.
 struct Stop {
     int corner = -1;
-    int curve = -1;
-    double arc_length = 0.0;
     Vec3 point = Vec3::Zero();
 };
 
@@ -70,7 +68,7 @@ class ChainMatcher {
             std::optional<Stop> stop;
             if (ends[k] >= 0) {
                 const Vec3 point = features_.corners[std::size_t(ends[k])].point;
-                stop = Stop{ends[k], -1, 0.0, point};
+                stop = Stop{ends[k], point};
             } else {
                 if (joins[k]) stop = nearest_junction(at[k]);
                 if (!stop) stop = nearest_stop(at[k]);
@@ -123,7 +121,7 @@ class ChainMatcher {
             const double far = dear * (hit.distance + little());
             if (far >= distance) continue;
             distance = far;
-            best = Stop{-1, int(c), hit.arc_length, hit.point};
+            best = Stop{-1, hit.point};
         }
         return best;
     }
@@ -141,7 +139,7 @@ class ChainMatcher {
                 const double far = (point - q).norm();
                 if (far >= distance) continue;
                 distance = far;
-                best = Stop{-1, int(c), k == 0 ? 0.0 : features_.curves[c].length, point};
+                best = Stop{-1, point};
             }
         }
         return best;
