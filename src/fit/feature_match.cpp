@@ -31,6 +31,14 @@ constexpr double same_rel = 1e-6;  // of the diagonal
 struct Stop {
     int corner = -1;
     Vec3 point = Vec3::Zero();
+    bool ends_curve = false;
+};
+
+/// An end of a chain without a corner, and how far it may go for the end of a curve.
+struct LooseEnd {
+    Vec3 point = Vec3::Zero();
+    double reach = 0.0;
+    bool dart = false;  ///< ends within the surface
 };
 
 struct Candidate {
@@ -59,9 +67,9 @@ class ChainMatcher {
 
     /// @param line  of the chain; is moved with its ends
     /// @param ends  the corners of the reference that the chain's ends have, if any
-    /// @param joins  whether the chain meets two others at an end
+    /// @param loose  ends that are to go to the end of a curve, if one is near
     FeaturePath match(Polyline& line, bool closed, std::array<int, 2> ends,
-                      std::array<bool, 2> joins, std::array<Stop, 2>& stops) const {
+                      const std::array<LooseEnd, 2>& loose, std::array<Stop, 2>& stops) const {
         if (closed) line.push_back(line.front());
         const std::array<Vec3, 2> at{line.front(), line.back()};
         for (std::size_t k = 0; k < 2; ++k) {
@@ -70,7 +78,7 @@ class ChainMatcher {
                 const Vec3 point = features_.corners[std::size_t(ends[k])].point;
                 stop = Stop{ends[k], point};
             } else {
-                if (joins[k]) stop = nearest_junction(at[k]);
+                stop = nearest_end(loose[k]);
                 if (!stop) stop = nearest_stop(at[k]);
             }
             if (!stop) return {};
@@ -126,20 +134,24 @@ class ChainMatcher {
         return best;
     }
 
-    /// The nearest end of a curve but for corners, as where a smooth edge begins at a sharp rim.
-    [[nodiscard]] std::optional<Stop> nearest_junction(const Vec3& q) const {
+    /// The nearest place where a curve begins or ends, but for corners, as where a smooth edge
+    /// begins at a sharp rim; for darts also corners where one ends within the surface.
+    [[nodiscard]] std::optional<Stop> nearest_end(const LooseEnd& end) const {
+        double distance = end.reach;
         std::optional<Stop> best;
-        double distance = reach_;
         for (std::size_t c = 0; c < features_.curves.size(); ++c) {
             if (std::isinf(dearness(kind_, features_.curves[c].kind))) continue;
-            for (const std::size_t k : {0U, 1U}) {
-                const int place = curve_ends_.places[c][k];
-                if (place < int(features_.corners.size())) continue;
+            for (const int place : curve_ends_.places[c]) {
+                if (place < 0) continue;
+                const bool corner = place < int(features_.corners.size());
+                if (corner && !(end.dart && features_.corners[std::size_t(place)].kind ==
+                                                geom::CornerKind::End))
+                    continue;
                 const Vec3& point = curve_ends_.points[std::size_t(place)];
-                const double far = (point - q).norm();
+                const double far = (point - end.point).norm();
                 if (far >= distance) continue;
                 distance = far;
-                best = Stop{-1, point};
+                best = Stop{corner ? place : -1, point, true};
             }
         }
         return best;
@@ -384,13 +396,25 @@ FeatureMatch match_features(const mesh::Topology& topology, const Points& points
             if (corner != corners.end()) end_corners[k] = corner->second;
         }
         chain_corners.push_back(end_corners);
-        const std::array<bool, 2> joins{chain_ends[ends[0]].size() > 2,
-                                        chain_ends[ends[1]].size() > 2};
+        const std::array<VertexId, 2> inner{chain.vertices[1],
+                                            chain.vertices[chain.vertices.size() - 2]};
+        std::array<LooseEnd, 2> loose;
+        for (std::size_t k = 0; k < 2 && !chain.closed; ++k) {
+            const Vec3 at = points.row(ends[k].value).transpose();
+            const Vec3 before = points.row(inner[k].value).transpose();
+            const bool dart = std::find(fixed.begin(), fixed.end(), ends[k]) == fixed.end();
+            const bool joins = chain_ends[ends[k]].size() > 2;
+            loose[k] = {at, joins ? reach : dart ? (at - before).norm() : 0.0, dart};
+        }
         std::array<Stop, 2> stops;
         result.paths.push_back(ChainMatcher(reference, curve_ends, feature_kind(chain), reach)
-                                   .match(lines[i], chain.closed, end_corners, joins, stops));
+                                   .match(lines[i], chain.closed, end_corners, loose, stops));
         for (std::size_t k = 0; k < 2 && !chain.closed; ++k) {
-            if (std::find(fixed.begin(), fixed.end(), ends[k]) == fixed.end()) continue;
+            if (loose[k].dart) {
+                if (!result.paths.back().empty() && stops[k].ends_curve)
+                    result.darts.push_back({ends[k], int(i), stops[k].point});
+                continue;
+            }
             has_chain.try_emplace(ends[k], false);
             if (result.paths.back().empty()) continue;
             has_chain[ends[k]] = true;

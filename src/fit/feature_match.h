@@ -26,6 +26,14 @@ struct FeatureMatch {
         geom::Vec3 point;
     };
     std::vector<Place> places;
+    /// An end of a crease within the surface, and where its limit point belongs: the end of a
+    /// curve. Darts that have none as near as the next vertex are left out.
+    struct Dart {
+        mesh::VertexId vertex;
+        int chain;
+        geom::Vec3 point;
+    };
+    std::vector<Dart> darts;
 };
 
 /// Corners go to corners of the reference one to one, with the least sum of squared distances; a

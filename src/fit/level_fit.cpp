@@ -1,6 +1,7 @@
 #include "fit/level_fit.h"
 
 #include "fit/coverage.h"
+#include "fit/dart_samples.h"
 #include "fit/projection.h"
 #include "fit/sampling.h"
 #include "fit/step_operator.h"
@@ -39,8 +40,13 @@ constexpr int most_repeats = 10;
 // Sliding by as much as a face is wide counts as much as missing by this share of the tolerance:
 // enough against what drifts for nothing, too little to keep curves and noses from their place.
 constexpr double slack = 0.1;
-// Weight of samples whose foot point is not to be believed.
-constexpr double least_trust = 0.1;
+
+Points limit_of(const Topology& topology, const CurveSampling& curves, int samples_per_edge,
+                const Points& points) {
+    Points limit;
+    subd::LimitOperator(topology, side_sets(samples_per_edge), curves.sites).apply(points, limit);
+    return limit;
+}
 
 class LevelFitter {
   public:
@@ -56,21 +62,23 @@ class LevelFitter {
           side_reach_(side_reach),
           level_(level),
           curves_(curve_sites(topology_)),
-          surface_(topology_, {interior_grid(options.samples_per_edge)}, face_sites(topology_),
-                   subd::SampleRows::PointsAndTangents),
+          given_curves_(limit_of(topology_, curves_, options.samples_per_edge, points_)),
+          match_(match_features(topology_, points_, curves_, given_curves_,
+                                options.samples_per_edge, reference,
+                                options.feature_reach_rel * reference.bounds().diagonal())),
+          darts_(topology_, curves_, match_, reference),
+          surface_(topology_, surface_sets(options.samples_per_edge),
+                   darts_.after_faces(face_sites(topology_)), subd::SampleRows::PointsAndTangents),
           stiffness_(
               FormStiffness::of_surface(topology_, points_, options.keeps_form ? slack_mm() : 0.0)),
           curve_stiffness_(FormStiffness::of_curves(topology_, curves_.sites, points_, slack_mm())),
-          curve_(topology_, side_sets(options.samples_per_edge), curves_.sites),
+          curve_(topology_, curve_sets(options.samples_per_edge),
+                 darts_.after_curves(curves_.sites)),
           preconditioner_(topology_),
           curve_steps_{.held = std::vector<std::uint8_t>(std::size_t(topology_.vertex_count()))},
           surface_steps_(curve_steps_) {
         given_normals_ = surface_.normals(points_);
         surface_.apply(points_, given_limit_);
-        curve_.apply(points_, given_curves_);
-        match_ =
-            match_features(topology_, points_, curves_, given_curves_, options.samples_per_edge,
-                           reference, options.feature_reach_rel * reference.bounds().diagonal());
         hold_vertices();
         keep_symmetry();
     }
@@ -150,10 +158,13 @@ class LevelFitter {
             ++sharp_edges[topology_.end(e).index()];
         }
         for (const VertexId v : topology_.vertices()) {
-            // The end of a crease inside the surface (dart) moves with the surface.
             const bool on_curve = sharp_edges[v.index()] > 1;
             (on_curve ? surface_steps_ : curve_steps_).held[v.index()] = PointConstraints::all;
             if (topology_.is_pinned(v)) hold(v, PointConstraints::all);
+        }
+        // The end of a crease inside the surface moves with both.
+        for (const FeatureMatch::Dart& dart : match_.darts) {
+            if (!topology_.is_pinned(dart.vertex)) curve_steps_.held[dart.vertex.index()] = 0;
         }
         for (const FeatureMatch::Place& place : match_.places) {
             if (topology_.is_pinned(place.vertex)) continue;
@@ -294,6 +305,7 @@ class LevelFitter {
                 }
             }
         });
+        darts_.project(curve_, p);
         return finished(std::move(p));
     }
 
@@ -301,32 +313,22 @@ class LevelFitter {
         Projection p = start(surface_, points);
         p.sense = surface_.normals(points);
         p.extent.resize(p.limit.rows());
-        base::parallel_for(
-            std::size_t(p.limit.rows()), 64, [&](std::size_t first, std::size_t end) {
-                for (auto i = Eigen::Index(first); i < Eigen::Index(end); ++i) {
-                    const auto side = unit_or_none(p.sense.row(i).transpose());
-                    const geom::FootPoint foot =
-                        foot_on_side(reference_, p.limit.row(i).transpose(), side, side_reach_);
-                    p.target.row(i) = foot.point.transpose();
-                    p.extent[i] = p.sense.row(i).dot(foot.normal) / given_normals_.row(i).norm();
-                    set_direction(p, i, foot.normal, true);
-                    p.weights.weight[i] = trust(p, last, i, side ? foot.normal.dot(*side) : 1.0);
-                }
-            });
+        const auto on_faces = std::size_t(darts_.rows_before(surface_, false));
+        base::parallel_for(on_faces, 64, [&](std::size_t first, std::size_t end) {
+            for (auto i = Eigen::Index(first); i < Eigen::Index(end); ++i) {
+                const auto side = unit_or_none(p.sense.row(i).transpose());
+                const geom::FootPoint foot =
+                    foot_on_side(reference_, p.limit.row(i).transpose(), side, side_reach_);
+                p.target.row(i) = foot.point.transpose();
+                p.extent[i] = p.sense.row(i).dot(foot.normal) / given_normals_.row(i).norm();
+                set_direction(p, i, foot.normal, true);
+                p.weights.weight[i] =
+                    trust(p, last, i, side ? foot.normal.dot(*side) : 1.0, options_.tolerance_mm);
+            }
+        });
         draw_to_uncovered(points, p);
+        darts_.project(surface_, p);
         return finished(std::move(p));
-    }
-
-    /// Less where the foot point faces elsewhere than the sample, as on the wrong side of something
-    /// thin or in a fold, and where it has jumped: not what the sample should be drawn to.
-    [[nodiscard]] double trust(const Projection& p, const Projection* last, Eigen::Index row,
-                               double cosine) const {
-        const double agreement = std::clamp(2.0 * cosine, least_trust, 1.0);
-        if (last == nullptr) return agreement;
-        const double moved = (p.limit.row(row) - last->limit.row(row)).norm();
-        const double jump = (p.target.row(row) - last->target.row(row)).norm();
-        const double usual = 3.0 * moved + options_.tolerance_mm;
-        return agreement * std::clamp(usual / std::max(jump, 1e-300), least_trust, 1.0);
     }
 
     [[nodiscard]] static Projection start(const subd::LimitOperator& samples,
@@ -359,13 +361,14 @@ class LevelFitter {
     double side_reach_;
     FitLevel& level_;
     CurveSampling curves_;
+    Points given_curves_;  // of the samples of curves_
+    FeatureMatch match_;
+    DartSamples darts_;
     subd::LimitOperator surface_;
     FormStiffness stiffness_, curve_stiffness_;
-    Points given_curves_;                 // of the samples of curve_
     Points given_limit_, given_normals_;  // of the samples of surface_
     subd::LimitOperator curve_;
     MeshPreconditioner preconditioner_;
-    FeatureMatch match_;
     PointConstraints curve_steps_, surface_steps_;
     int symmetry_axis_ = -1;
     std::optional<LimitSearch> search_;

@@ -1,11 +1,15 @@
 #include "fit/projection.h"
 
+#include <algorithm>
+
 namespace patchwright::fit {
 
 namespace {
 
 // Where less than this share of a face's area in the given cage is left, it is about to fold.
 constexpr double thin_share = 0.1;
+// Weight of samples whose foot point is not to be believed.
+constexpr double least_trust = 0.1;
 
 }  // namespace
 
@@ -15,6 +19,16 @@ Projection finished(Projection p) {
     for (Eigen::Index i = 0; i < p.limit.rows(); ++i)
         p.distances.add((p.limit.row(i) - p.target.row(i)).norm());
     return p;
+}
+
+double trust(const Projection& p, const Projection* last, Eigen::Index row, double cosine,
+             double tolerance_mm) {
+    const double agreement = std::clamp(2.0 * cosine, least_trust, 1.0);
+    if (last == nullptr) return agreement;
+    const double moved = (p.limit.row(row) - last->limit.row(row)).norm();
+    const double jump = (p.target.row(row) - last->target.row(row)).norm();
+    const double usual = 3.0 * moved + tolerance_mm;
+    return agreement * std::clamp(usual / std::max(jump, 1e-300), least_trust, 1.0);
 }
 
 bool hold_folds(FormStiffness& form, const std::vector<std::int32_t>& rows, const Projection& now,

@@ -34,6 +34,13 @@ struct Projection {
 /// Sums up the distances.
 Projection finished(Projection p);
 
+/// Weight of a sample: less where the foot point faces elsewhere than the sample, as on the wrong
+/// side of something thin or in a fold, and where it has jumped: not what it should be drawn to.
+/// @param last    projection before, if any
+/// @param cosine  of the angle between the normals of both
+double trust(const Projection& p, const Projection* last, Eigen::Index row, double cosine,
+             double tolerance_mm);
+
 /// Holds sites that fold after a step, or are about to, closer to their given form.
 /// @param rows      first sample of each site, one more than sites
 /// @param slack_mm  of the form, see FormStiffness

@@ -143,6 +143,15 @@ class ChainWalk {
 
 CurveSampling curve_sites(const Topology& topology) { return ChainWalk(topology).sampling(); }
 
+std::vector<subd::ParameterSet> corner_sets() { return {{{0, 0}}, {{1, 0}}, {{1, 1}}, {{0, 1}}}; }
+
+subd::Site vertex_site(const Topology& topology, VertexId v) {
+    const CornerId c = topology.corner(v);
+    const FaceId f = topology.face(c);
+    const int i = c.value - topology.corners(f)[0].value;
+    return topology.size(f) == 4 ? subd::Site{f, 0, i} : subd::Site{f, i, 0};
+}
+
 std::vector<mesh::VertexId> corner_vertices(const Topology& topology) {
     std::vector<int> sharp_edges(std::size_t(topology.vertex_count()), 0);
     for (const EdgeId e : topology.edges()) {

@@ -44,6 +44,12 @@ std::vector<subd::Site> face_sites(const mesh::Topology& topology);
 /// side_sets().
 CurveSampling curve_sites(const mesh::Topology& topology);
 
+/// Sets of one corner of the square each: (0, 0), (1, 0), (1, 1), (0, 1).
+std::vector<subd::ParameterSet> corner_sets();
+
+/// The site of a vertex for use with corner_sets().
+subd::Site vertex_site(const mesh::Topology& topology, mesh::VertexId v);
+
 /// Vertices with a fixed limit point: infinitely sharp ones and ends of three or more sharp edges.
 std::vector<mesh::VertexId> corner_vertices(const mesh::Topology& topology);
 

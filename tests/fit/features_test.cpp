@@ -88,6 +88,36 @@ class Divided final : public test::Box {
     }
 };
 
+/// A flat square with a sharp edge from the middle of one side to a point inside, where it ends.
+class Cut final : public test::StraightEdged {
+  public:
+    Cut() {
+        const std::array<Vec3, 6> at{Vec3(-1, -1, 0), Vec3(1, -1, 0), Vec3(1, 1, 0),
+                                     Vec3(-1, 1, 0),  Vec3(-1, 0, 0), end()};
+        for (const Vec3& p : at) features_.corners.push_back({p, geom::CornerKind::Junction, {}});
+        features_.corners.back().kind = geom::CornerKind::End;
+        for (const auto& [from, to] : {std::pair(0, 1), {1, 2}, {2, 3}, {3, 4}, {4, 0}, {4, 5}}) {
+            geom::FeatureCurve curve;
+            curve.kind = to == 5 ? geom::FeatureKind::Sharp : geom::FeatureKind::Free;
+            curve.start_corner = from;
+            curve.end_corner = to;
+            curve.start = at[std::size_t(from)];
+            curve.end = at[std::size_t(to)];
+            curve.length = (curve.end - curve.start).norm();
+            for (const int corner : {from, to})
+                features_.corners[std::size_t(corner)].curves.push_back(
+                    int(features_.curves.size()));
+            features_.curves.push_back(curve);
+        }
+    }
+    static Vec3 end() { return {0.15, 0.0, 0.0}; }
+    geom::Box3 bounds() const override { return {Vec3(-1, -1, 0), Vec3(1, 1, 0)}; }
+    geom::FootPoint foot_point(const Vec3& q, const std::optional<Vec3>&) const override {
+        const Vec3 p(std::clamp(q.x(), -1.0, 1.0), std::clamp(q.y(), -1.0, 1.0), 0.0);
+        return {p, Vec3::UnitZ(), (q - p).norm(), 0};
+    }
+};
+
 /// Two flat squares side by side that touch along x = 0 but do not hang together: their corners
 /// there are in the same place.
 class Slit final : public test::StraightEdged {
@@ -339,4 +369,26 @@ TEST_CASE("a crease goes on along smooth edges where sharp ones fade", "[fit][fe
     CHECK(length(found.paths[0]) == Approx(8.0));
     for (const auto& piece : found.paths[0])
         CHECK(FadedRim::is_upper(reference.features().curves[std::size_t(piece.curve)]));
+}
+
+TEST_CASE("a crease that ends within the surface ends where its curve does", "[fit][features]") {
+    mesh::TopologyInput tags;
+    for (const int corner : {0, 4, 20, 24})
+        tags.corners.push_back({corner, mesh::infinite_sharpness});
+    tags.creases = {{2, 7, mesh::infinite_sharpness}, {7, 12, mesh::infinite_sharpness}};
+    mesh::Cage cage = test::grid(4, 4, tags);
+    cage.points = (cage.points.array() - 2.0) * 0.5;
+    cage.points.col(2).setZero();
+    // The end is off, and so is what lies around it, which moves its limit point.
+    cage.points.row(12) = Eigen::RowVector3d(0.05, 0.1, 0.02);
+    cage.points.row(17) += Eigen::RowVector3d(0.1, 0.15, 0.0);
+    const double tolerance = 1e-3;
+    const auto result = fit::fit(cage, Cut(), {.tolerance_mm = tolerance});
+    CHECK(result.met);
+    const std::vector<subd::Site> sites{
+        fit::vertex_site(*result.cage.topology, mesh::VertexId{12})};
+    geom::Points limit;
+    subd::LimitOperator(*result.cage.topology, fit::corner_sets(), sites)
+        .apply(result.cage.points, limit);
+    CHECK((limit.row(0).transpose() - Cut::end()).norm() < tolerance);
 }
