@@ -404,7 +404,9 @@ FeatureMatch match_features(const mesh::Topology& topology, const Points& points
             const Vec3 before = points.row(inner[k].value).transpose();
             const bool dart = std::find(fixed.begin(), fixed.end(), ends[k]) == fixed.end();
             const bool joins = chain_ends[ends[k]].size() > 2;
-            loose[k] = {at, joins ? reach : dart ? (at - before).norm() : 0.0, dart};
+            // Both ends of a chain are not to go to the same place.
+            const double near = std::min((at - before).norm(), 0.5 * length_of(lines[i]));
+            loose[k] = {at, joins ? reach : dart ? near : 0.0, dart};
         }
         std::array<Stop, 2> stops;
         result.paths.push_back(ChainMatcher(reference, curve_ends, feature_kind(chain), reach)

@@ -27,7 +27,7 @@ struct FeatureMatch {
     };
     std::vector<Place> places;
     /// An end of a crease within the surface, and where its limit point belongs: the end of a
-    /// curve. Darts that have none as near as the next vertex are left out.
+    /// curve. Darts that have none as near as the next vertex, or half the chain, are left out.
     struct Dart {
         mesh::VertexId vertex;
         int chain;

@@ -100,6 +100,8 @@ struct FitResult {
 /// Steps that would fold faces are made again with these held to the form that they have.
 /// Crease and boundary control points are solved first, for their own curves, and then held;
 /// creases follow smooth edges of the reference where no sharp ones are as near.
+/// A crease that ends within the surface ends where its curve does, within the tolerance, if the
+/// curve's end is as near as the crease's last edge is long.
 /// Pinned control points do not move. Points at tagged sectors are settled after each level (see
 /// subd::control_normals). Missing the tolerance is an answer: see FitResult::met.
 /// @throw InvalidArgument when an option is out of range
