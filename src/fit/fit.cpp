@@ -53,7 +53,7 @@ void fit_candidate(Candidate& c, const geom::ReferenceSurface& reference,
     c.cage.points = std::move(fitted.points);
     c.cage = subd::control_normals(c.cage);
     c.symmetry_axis = fitted.symmetry_axis;
-    c.error = measure(c.cage, fitted, reference, points, options.samples_per_edge);
+    c.error = measure(c.cage, fitted, reference, points, options);
     c.level.samples = static_cast<int>(c.error.surface.count);
     c.level.rms_mm = c.error.surface.rms();
     c.level.max_mm = c.error.surface.max;

@@ -88,13 +88,19 @@ void measure_curves(const mesh::Cage& cage, const LevelFit& fitted,
 }
 
 void measure_reverse(const mesh::Cage& cage, const std::vector<geom::Vec3>& points,
-                     LevelError& error) {
+                     double tolerance, LevelError& error) {
     if (points.empty()) return;
     const auto sites = face_sites(*cage.topology);
     for (const NearLimit& near : LimitSearch(cage.topology).nearest(cage.points, points)) {
         error.reverse.add(near.distance);
-        double& of_face = error.faces[sites[std::size_t(near.site)].face.index()].reverse;
-        of_face = std::max(of_face, near.distance);
+        FaceError& face = error.faces[sites[std::size_t(near.site)].face.index()];
+        if (near.distance > tolerance) {
+            face.beyond.extend(Eigen::Vector2d(near.u, near.v));
+            ++face.beyond_count;
+        }
+        if (near.distance <= face.reverse) continue;
+        face.reverse = near.distance;
+        face.reverse_at = {near.u, near.v};
     }
 }
 
@@ -102,12 +108,13 @@ void measure_reverse(const mesh::Cage& cage, const std::vector<geom::Vec3>& poin
 
 LevelError measure(const mesh::Cage& cage, const LevelFit& fitted,
                    const geom::ReferenceSurface& reference, const std::vector<geom::Vec3>& points,
-                   int samples_per_edge) {
+                   const FitOptions& options) {
+    const int samples_per_edge = options.samples_per_edge;
     LevelError error;
     error.faces.resize(std::size_t(cage.topology->face_count()));
     measure_surface(cage, reference, samples_per_edge + 1, error);
     measure_curves(cage, fitted, reference, 2 * samples_per_edge, error);
-    measure_reverse(cage, points, error);
+    measure_reverse(cage, points, options.tolerance_mm, error);
     return error;
 }
 

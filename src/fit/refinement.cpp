@@ -37,6 +37,43 @@ int wanted_cuts(const FaceError& error, double tolerance) {
     return cuts;
 }
 
+/// What is missed beyond the tolerance in a face whose own samples are not half as far away: it is
+/// narrower than they are apart.
+struct UnseenPlace {
+    FaceId face;
+    Eigen::Vector2d at;  ///< in the face
+    int cuts = 0;        ///< directions in which it is narrow, as in ChordSplit::cuts
+    double size = 0.0;   ///< its distance, millimetres
+};
+
+/// Widths of a face's control polygon along u and along v.
+std::array<double, 2> widths(const mesh::Cage& cage, FaceId f) {
+    const auto corners = cage.topology->corners(f);
+    const auto length = [&](int i) {
+        return (cage.points.row(cage.topology->vertex(corners[(i + 1) % 4]).value) -
+                cage.points.row(cage.topology->vertex(corners[i]).value))
+            .norm();
+    };
+    return {0.5 * (length(0) + length(2)), 0.5 * (length(1) + length(3))};
+}
+
+std::vector<UnseenPlace> unseen_places(const mesh::Cage& cage, const LevelError& error) {
+    constexpr double seen = 0.5, narrow = 4.0;  // times the distance
+    constexpr int fewest = 3;                   // points that tell how wide it is
+    std::vector<UnseenPlace> places;
+    for (const FaceId f : cage.topology->faces()) {
+        const FaceError& face = error.faces[f.index()];
+        if (face.max > seen * face.reverse || face.beyond_count < fewest) continue;
+        const auto width = widths(cage, f);
+        UnseenPlace place{f, face.reverse_at, 0, face.reverse};
+        for (int i = 0; i < 2; ++i)
+            if (face.beyond.sizes()[i] * width[std::size_t(i)] < narrow * face.reverse)
+                place.cuts |= 1 << i;
+        if (place.cuts != 0) places.push_back(place);
+    }
+    return places;
+}
+
 std::vector<FaceHistory> inherit(const std::vector<FaceId>& parents, const std::vector<int>& cuts,
                                  const LevelError& error, const std::vector<FaceHistory>& history) {
     std::vector<FaceHistory> result;
@@ -64,12 +101,14 @@ NextLevel refine_everywhere(const mesh::Cage& cage, const LevelError& error,
     return next;
 }
 
+// Of a face's children in the order in which they are made, in u and in v.
+constexpr std::array<std::array<int, 2>, 4> quarters{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+
 /// Limit points of the old cage where the samples of the new one's faces come from.
 geom::Points former_limit(const mesh::Cage& cage, const mesh::ChordSplit& fine,
                           const subd::ParameterSet& set) {
     const subd::LimitEvaluator evaluator(cage.topology);
     geom::Points limit(Eigen::Index(fine.parents.size() * set.size()), 3);
-    constexpr std::array<std::array<int, 2>, 4> quarters{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
     Eigen::Index row = 0;
     int child = 0;
     for (std::size_t f = 0; f < fine.parents.size(); ++f) {
@@ -87,22 +126,39 @@ geom::Points former_limit(const mesh::Cage& cage, const mesh::ChordSplit& fine,
     return limit;
 }
 
-NextLevel split(const mesh::Cage& cage, const mesh::Chords& chords, const std::vector<char>& chosen,
-                const LevelError& error, const std::vector<FaceHistory>& history) {
-    const mesh::ChordSplit fine = split_chords(*cage.topology, chords, chosen);
+/// The places in the children that hold them.
+void pass_on(std::vector<UnseenPlace>& places, const mesh::ChordSplit& fine) {
+    std::vector<int> first_child(fine.cuts.size(), -1);
+    for (std::size_t f = fine.parents.size(); f-- > 0;)
+        first_child[fine.parents[f].index()] = int(f);
+    for (UnseenPlace& place : places) {
+        const int cuts = fine.cuts[place.face.index()];
+        std::array<int, 2> half{0, 0};
+        for (int i = 0; i < 2; ++i) {
+            if ((cuts >> i & 1) == 0) continue;
+            half[std::size_t(i)] = place.at[i] < 0.5 ? 0 : 1;
+            place.at[i] = 2.0 * place.at[i] - half[std::size_t(i)];
+        }
+        const auto quarter = std::find(quarters.begin(), quarters.end(), half) - quarters.begin();
+        place.face = FaceId{first_child[place.face.index()] +
+                            (cuts == 3 ? int(quarter) : std::max(half[0], half[1]))};
+    }
+}
+
+/// The cage with strips split, near its limit surface.
+mesh::Cage split_strips(const mesh::Cage& cage, const mesh::ChordSplit& fine) {
     const Topology& t = *cage.topology;
-    NextLevel next{.local = true};
-    next.cage.topology = fine.topology;
-    next.history = inherit(fine.parents, fine.cuts, error, history);
-    next.cage.points.resize(fine.topology->vertex_count(), 3);
-    for (Eigen::Index v = 0; v < next.cage.points.rows(); ++v) {
+    mesh::Cage next;
+    next.topology = fine.topology;
+    next.points.resize(fine.topology->vertex_count(), 3);
+    for (Eigen::Index v = 0; v < next.points.rows(); ++v) {
         const auto& at = fine.vertices[std::size_t(v)];
         const auto corners = t.corners(at.face);
         const std::array<double, 4> weight{(1 - at.u) * (1 - at.v), at.u * (1 - at.v), at.u * at.v,
                                            (1 - at.u) * at.v};
-        next.cage.points.row(v).setZero();
+        next.points.row(v).setZero();
         for (int i = 0; i < 4; ++i) {
-            next.cage.points.row(v) +=
+            next.points.row(v) +=
                 weight[std::size_t(i)] * cage.points.row(t.vertex(corners[i]).value);
         }
     }
@@ -117,7 +173,7 @@ NextLevel split(const mesh::Cage& cage, const mesh::Chords& chords, const std::v
         if (t.is_pinned(v)) pins.held[v.index()] = PointConstraints::all;
     }
     geom::Points limit;
-    samples.apply(next.cage.points, limit);
+    samples.apply(next.points, limit);
     const geom::Points change = former_limit(cage, fine, set) - limit;
     const SampleWeights weights{geom::Points::Zero(change.rows(), 3),
                                 Eigen::VectorXd::Ones(change.rows())};
@@ -125,12 +181,41 @@ NextLevel split(const mesh::Cage& cage, const mesh::Chords& chords, const std::v
                               .weight = Eigen::VectorXd::Ones(bending.rows()),
                               .without = std::sqrt(stiffness)};
     const StepOperator step(samples, weights, bending, stiff, 0.0, pins);
-    next.cage.points += step.displacements(
+    next.points += step.displacements(
         solve_cgls(step, step.right_side(change, geom::Points::Zero(bending.rows(), 3)),
                    geom::Points::Zero(step.columns(), 3),
                    {.max_iterations = 100, .relative_residual = 1e-4, .joint = true})
             .x);
     return next;
+}
+
+/// Halves strips at unseen places until they are about as wide as what is missed there.
+void split_at_unseen(NextLevel& next, std::vector<UnseenPlace> places, int max_vertices) {
+    constexpr double wide = 4.0;
+    for (;;) {
+        const Topology& t = *next.cage.topology;
+        const mesh::Chords chords = mesh::find_chords(t);
+        std::vector<char> chosen(std::size_t(chords.count), 0);
+        bool any = false;
+        for (const UnseenPlace& place : places) {
+            const auto width = widths(next.cage, place.face);
+            for (int i = 0; i < 2; ++i) {
+                if ((place.cuts >> i & 1) == 0 || width[std::size_t(i)] <= wide * place.size)
+                    continue;
+                const mesh::EdgeId side = t.edge(t.corners(place.face)[i]);
+                chosen[std::size_t(chords.of_edge[side.index()])] = 1;
+                any = true;
+            }
+        }
+        if (!any) return;
+        const mesh::ChordSplit fine = split_chords(t, chords, chosen);
+        if (fine.topology->vertex_count() > max_vertices) return;
+        std::vector<FaceHistory> history;
+        for (const FaceId parent : fine.parents) history.push_back(next.history[parent.index()]);
+        next.cage = split_strips(next.cage, fine);
+        next.history = std::move(history);
+        pass_on(places, fine);
+    }
 }
 
 }  // namespace
@@ -162,8 +247,14 @@ std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const Level
         const auto edges = std::count_if(chords.of_edge.begin(), chords.of_edge.end(),
                                          [&](int c) { return chosen[std::size_t(c)] != 0; });
         if (double(edges) < most * t.edge_count()) {
-            NextLevel next = split(cage, chords, chosen, error, history);
-            if (next.cage.points.rows() > options.max_vertices) return std::nullopt;
+            const mesh::ChordSplit fine = split_chords(t, chords, chosen);
+            if (fine.topology->vertex_count() > options.max_vertices) return std::nullopt;
+            NextLevel next{.cage = split_strips(cage, fine),
+                           .history = inherit(fine.parents, fine.cuts, error, history),
+                           .local = true};
+            std::vector<UnseenPlace> places = unseen_places(cage, error);
+            pass_on(places, fine);
+            split_at_unseen(next, std::move(places), options.max_vertices);
             return next;
         }
     }

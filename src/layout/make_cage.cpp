@@ -143,7 +143,6 @@ struct Aligned {
     std::vector<std::string> texts;
     int known = 0;                              ///< bodies that are recognised
     bool from_faces = false, remeshed = false;  ///< some of the others
-    bool skipped_lines = false;                 ///< see CageResult
 };
 
 /// Blocks along the faces of a body, into `part` where there are any.
@@ -175,8 +174,7 @@ Aligned aligned(const occ::SurfaceMesh& mesh, const Source& source, const CageOp
         std::vector<std::optional<Blocks>> found;
         std::vector<std::size_t> along_faces;
         for (const Body& body : bodies) {
-            Recognised one = recognise(body, source.reference, fineness, options.partial_lines);
-            result.skipped_lines = result.skipped_lines || one.skipped_line;
+            Recognised one = recognise(body, source.reference, fineness);
             if (one.blocks) {
                 ++result.known;
             } else if (!result.remeshed) {
@@ -236,7 +234,6 @@ CageResult make_cage(const Source& source, const CageOptions& options) {
         if (!parts.empty()) result.recognised = found.known;
         result.layout = std::move(found.texts);
         result.from_faces = found.from_faces;
-        result.skipped_lines = found.skipped_lines;
         if (!found.remeshed) result.method = Method::Aligned;
         if (parts.empty() && options.method == Method::Aligned)
             throw base::InputError(

@@ -13,13 +13,10 @@ namespace patchwright::layout {
 
 struct Recognised {
     std::optional<Blocks> blocks;
-    std::string text;           ///< what the body is, or why it is nothing known
-    bool skipped_line = false;  ///< see Wing
+    std::string text;  ///< what the body is, or why it is nothing known
 };
 
 /// @param fineness  > 0: lines are about that many times as many along the body, its root around
-/// @param partial_lines  see CageOptions
-Recognised recognise(const Body& body, const geom::ModelSurface& reference, double fineness,
-                     bool partial_lines);
+Recognised recognise(const Body& body, const geom::ModelSurface& reference, double fineness);
 
 }  // namespace patchwright::layout

@@ -106,9 +106,7 @@ bool WingFinder::is_wing() {
         nose.insert(curves.begin(), curves.end());
     }
     // A few sections with a line at the nose are a flaw of the model.
-    const bool on_part = 2 * at_nose > samples_along && at_nose < samples_along;
-    wing_.skipped_line = on_part && !options_.partial_lines;
-    wing_.nose_line = at_nose == samples_along || (on_part && options_.partial_lines);
+    wing_.nose_line = 2 * at_nose > samples_along;
     if (wing_.nose_line) {
         wing_.lines.nose = nose;
         // Where it goes on smoothly it is still one line.
@@ -186,17 +184,20 @@ void WingFinder::add_where_bent(std::vector<double>& heights) const {
         return std::array<Vec3, 4>{s.trailing_edge(), s.at(0, 0.5), s.nose(), s.at(1, 0.5)};
     };
     for (std::size_t i = 0; i + 1 < heights.size();) {
-        const double middle = 0.5 * (heights[i] + heights[i + 1]);
-        const auto a = section_at(heights[i]).section, b = section_at(heights[i + 1]).section,
-                   m = section_at(middle).section;
-        double off = 0.0;
-        if (a && b && m)
-            for (std::size_t k = 0; k < 4; ++k)
-                off = std::max(
-                    off, (0.5 * (points_of(*a)[k] + points_of(*b)[k]) - points_of(*m)[k]).norm());
-        if (m && off > straight * m->chord / options_.fineness &&
-            heights[i + 1] - heights[i] > 2.0 * shortest_rel * wing_.span)
-            heights.insert(heights.begin() + std::ptrdiff_t(i) + 1, middle);
+        const double low = heights[i], span = heights[i + 1] - low;
+        const auto a = section_at(low).section, b = section_at(low + span).section;
+        bool bent = false;
+        // A line may bend to both sides and pass through the middle.
+        for (const double share : {0.25, 0.5, 0.75}) {
+            const auto m = section_at(low + share * span).section;
+            for (std::size_t k = 0; k < 4 && a && b && m; ++k) {
+                const Vec3 between = (1.0 - share) * points_of(*a)[k] + share * points_of(*b)[k];
+                bent = bent || (between - points_of(*m)[k]).norm() >
+                                   straight * m->chord / options_.fineness;
+            }
+        }
+        if (bent && span > 2.0 * shortest_rel * wing_.span)
+            heights.insert(heights.begin() + std::ptrdiff_t(i) + 1, low + 0.5 * span);
         else
             ++i;
     }

@@ -14,8 +14,7 @@ namespace patchwright::layout {
 struct WingOptions {
     int columns = 8;  ///< points from the trailing edge to the nose, each side, both ends included
     int spans = 5;    ///< intervals along the whole span, about
-    bool partial_lines = false;  ///< a line along a nose that is sharp on a part of the span only
-    double fineness = 1.0;       ///< bent spans are halved until they are straighter by this factor
+    double fineness = 1.0;  ///< bent spans are halved until they are straighter by this factor
 };
 
 enum class EndKind {
@@ -42,9 +41,9 @@ struct Wing {
     double span = 0.0;
     std::array<WingEnd, 2> ends;  ///< the lower one first
     bool blunt = false;
-    bool nose_line = false;     ///< a column runs along the nose
-    bool skipped_line = false;  ///< the nose is sharp on a part of the span, and has none
-    bool blade = false;         ///< thick sections at an end
+    bool nose_line =
+        false;           ///< a column runs along the nose, which is sharp there on most of the span
+    bool blade = false;  ///< thick sections at an end
     WingLines lines;
     std::vector<WingSection> sections;  ///< in order of height, those at the ends included
     std::vector<char> nose_on_line;     ///< one an interval of sections

@@ -123,3 +123,37 @@ TEST_CASE("faces that gain nothing from being split are left alone in the end", 
     }
     CHECK(rounds == 5);
 }
+
+TEST_CASE("strips get as narrow as what their samples do not see", "[fit]") {
+    // A groove along one side of a face 0.38 wide, which lies between its samples.
+    const mesh::Cage cage = sheet();
+    const auto refined = [&](double seen) {
+        fit::LevelError error;
+        error.faces.resize(std::size_t(cage.topology->face_count()));
+        fit::FaceError& face = error.faces[6];
+        face = {.max = seen, .reverse = 0.02, .reverse_at = {0.03, 0.5}, .change_u = 1.0};
+        face.beyond = {Eigen::Vector2d(0.01, 0.0), Eigen::Vector2d(0.05, 1.0)};
+        face.beyond_count = 20;
+        return fit::refine_where_needed(cage, error, {}, {.tolerance_mm = 0.005},
+                                        fit::Refinement::Local);
+    };
+    const auto seen = refined(0.018), unseen = refined(0.001);
+    REQUIRE(seen);
+    REQUIRE(unseen);
+    const int before = cage.topology->vertex_count(),
+              line = seen->cage.topology->vertex_count() - before;
+    // Halved once where it is seen, else until it is less than four times what is missed.
+    CHECK(unseen->cage.topology->vertex_count() == before + 2 * line);
+    const auto least = [](const mesh::Cage& of) {
+        double length = 1.0;
+        for (const mesh::EdgeId e : of.topology->edges())
+            length = std::min(length, (of.points.row(of.topology->start(e).value) -
+                                       of.points.row(of.topology->end(e).value))
+                                          .norm());
+        return length;
+    };
+    CHECK(least(seen->cage) > 0.12);
+    CHECK(least(unseen->cage) < 0.08);
+    CHECK(least(unseen->cage) > 0.02);
+    CHECK(unseen->local);
+}

@@ -210,16 +210,11 @@ Rings nosed_wing_rings() {
     return rings;
 }
 
-TEST_CASE("a nose that is sharp on a part of the span gets a line when asked for", "[layout]") {
+TEST_CASE("a nose that is sharp on a part of the span gets a line", "[layout]") {
     const Shape wing = shape_of(ring_cage(nosed_wing_rings(), {{0, 0}, {16, 0}, {8, 2}}, false));
-    const auto plain = layout::make_cage(wing.model, wing.reference);
-    REQUIRE(plain.layout.size() == 1);
-    INFO(plain.layout[0]);
-    CHECK(plain.skipped_lines);
-    CHECK(plain.layout[0].find("line along the nose") == std::string::npos);
-    const auto made = layout::make_cage(wing.model, wing.reference, {.partial_lines = true});
+    const auto made = layout::make_cage(wing.model, wing.reference);
+    REQUIRE(made.layout.size() == 1);
     INFO(made.layout[0]);
-    CHECK(!made.skipped_lines);
     CHECK(made.layout[0].find("line along the nose") != std::string::npos);
     // Sharp edges but those of the trailing edge lie along the nose, from the third ring to the
     // tip.

@@ -23,11 +23,9 @@ struct ConvertOptions {
     int samples = 20000;
 };
 
-// Cages made one after the other at most, one more where the best one just misses, faces of one
-// that is tried after the first, and control points that a line more is worth: these, or so many
-// times those of the fit that meets the tolerance without.
+// Cages made one after the other at most, one more where the best one just misses, and faces of one
+// that is tried after the first.
 constexpr int most_tries = 3, most_faces_again = 4000;
-constexpr int vertices_for_lines = 6000, times_for_lines = 2;
 constexpr double just_missed_by = 1.5;
 
 struct Attempt {
@@ -131,16 +129,12 @@ int finish(Run& run, const ConvertOptions& options, const Attempt& attempt,
 
 /// How the next cage is made: finer where the last one missed. Far off, the recognised shape is not
 /// what the model is; blocks along faces, which start coarse, get finer once as long as they are
-/// few and lose no curves. Where the shape is met but for lines that were left out, with those.
+/// few and lose no curves.
 LayoutOptions next_layout(const LayoutOptions& last, const Attempt& attempt,
                           const layout::CageResult& made, double diagonal) {
     constexpr double far_off = 10.0, radius_rel = 0.04;
     constexpr int few_faces = 500;
     LayoutOptions next = last;
-    if (attempt.met() && made.skipped_lines) {
-        next.partial_lines = true;
-        return next;
-    }
     if (made.method == layout::Method::Aligned) {
         const bool again = made.from_faces ? last.fineness == 1.0 && attempt.lost_curves() == 0 &&
                                                  made.cage.topology->face_count() < few_faces
@@ -174,7 +168,6 @@ LayoutOptions next_layout(const LayoutOptions& last, const Attempt& attempt,
 std::string describe_next(const LayoutOptions& last, const LayoutOptions& next) {
     const std::size_t places = next.finer_at.size() - last.finer_at.size();
     if (next.method != last.method && places == 0) return "remeshed next";
-    if (next.partial_lines != last.partial_lines) return "next with lines that are sharp in parts";
     if (next.fineness != last.fineness) return "next with twice as many lines";
     if (places == 0) return {};
     return fmt::format("next with edges of half the length around {} places", places);
@@ -204,15 +197,10 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
             FitCommandOptions fit = for_made_cage(options.fit, made);
             if (held && !fit.keeps_form) continue;
             fit.keeps_form = held;
-            if (how.partial_lines)
-                fit.max_vertices =
-                    std::min(fit.max_vertices,
-                             std::max(vertices_for_lines,
-                                      times_for_lines * best->fitted.topology->vertex_count()));
             Attempt now =
                 attempt(run, options, made.cage, fit, reference, parts ? &*parts : nullptr);
             // Blocks that lose sharp curves are no better than triangles that keep them.
-            const bool keeps_more = made.skipped_lines || (made.from_faces && how.method == "auto");
+            const bool keeps_more = made.from_faces && how.method == "auto";
             met = now.met() && (now.lost_curves() == 0 || !keeps_more);
             if (held && !now.met())
                 run.notice(fmt::format(
@@ -226,11 +214,11 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
                 best_number = number;
             }
             if (!of_this || now.better_than(*of_this)) of_this = std::move(now);
-            if (done || how.partial_lines) break;
+            if (done) break;
         }
         const LayoutOptions next = next_layout(how, *of_this, made, reference.bounds().diagonal());
         const bool nearly = best->valid && best->deviation < just_missed_by * best->tolerance;
-        const bool last = met || how.partial_lines || number >= most_tries + (nearly ? 1 : 0);
+        const bool last = met || number >= most_tries + (nearly ? 1 : 0);
         const std::string another = last ? std::string() : describe_next(how, next);
         if (!met || number > 1) {
             run.notice(fmt::format(

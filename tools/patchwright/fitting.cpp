@@ -57,7 +57,6 @@ layout::CageResult make_cage(Run& run, const Input& input, const LayoutOptions& 
                                      .target_faces = options.target_faces,
                                      .tolerance_rel = tolerance_rel,
                                      .fineness = options.fineness,
-                                     .partial_lines = options.partial_lines,
                                      .finer_at = options.finer_at,
                                      .progress = run.progress()};
     layout::CageResult result = input.mesh ? layout::make_cage(*input.mesh, making)

@@ -18,7 +18,6 @@ struct LayoutOptions {
     std::string method = "auto";
     int target_faces = 0;   ///< 0: as curvature asks for
     double fineness = 1.0;  ///< of a further try, as those below: see layout::CageOptions
-    bool partial_lines = false;
     std::vector<layout::CageOptions::Place> finer_at;
 };
 

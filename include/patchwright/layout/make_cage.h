@@ -23,7 +23,6 @@ struct CageOptions {
     int target_faces = 0;         ///< number of faces to aim at, roughly; 0: as the shape asks for
     double tolerance_rel = 1e-3;  ///< of the diagonal: what the cage is to be fitted to
     double fineness = 1.0;        ///< > 0: edges are shorter by this factor where shape asks for it
-    bool partial_lines = false;   ///< wings get a line along a nose that is sharp on a part only
     /// A ball in which a remeshed cage has edges of half the length; of a quarter where it meets
     /// one of another round. Those of one round may overlap.
     struct Place {
@@ -40,7 +39,6 @@ struct CageResult {
     Method method = Method::Remesh;    ///< what was used: Aligned or Remesh
     int recognised = 0;                ///< bodies laid out as wings, blades or nacelles
     bool from_faces = false;           ///< some bodies are laid out along their faces
-    bool skipped_lines = false;        ///< a wing's nose is sharp on a part, and has no line
     std::vector<std::string> notices;  ///< one line each, for the user
     /// One line a body unless all were to be remeshed: what it was recognised as, or why not.
     std::vector<std::string> layout;
