@@ -77,7 +77,7 @@ FitCommandOptions for_made_cage(FitCommandOptions options, const layout::CageRes
     // Blocks are coarse and refined in single strips; remeshed cages grow fourfold. Blocks that
     // need many times the faces they came with are not what the model is like.
     constexpr int most_levels = 2, most_levels_of_blocks = 5, most_vertices = 40000;
-    constexpr int most_vertices_of_block = 8, vertices_to_begin_with = 2000;
+    constexpr int most_vertices_of_block = 12, vertices_to_begin_with = 2000;
     // Another cage may serve better than levels that gain nothing.
     options.max_idle_levels = std::min(options.max_idle_levels, 2);
     // Remeshed faces and blocks have the form they happen to have.
@@ -128,8 +128,8 @@ std::optional<fit::FitResult> fit_by_parts(const mesh::Cage& cage,
 
 }  // namespace
 
-mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ModelSurface& reference,
-                    const FitCommandOptions& options, PartFits* by_parts) {
+fit::FitResult fit_cage(Run& run, const mesh::Cage& cage, const geom::ModelSurface& reference,
+                        const FitCommandOptions& options, PartFits* by_parts) {
     const double diagonal = reference.bounds().diagonal();
     const double tolerance = base::parse_length(options.tolerance).in_millimetres(diagonal);
     const double size_ratio = geom::bounding_box(cage.points).diagonal() / diagonal;
@@ -164,7 +164,7 @@ mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ModelSurface& 
                                         .after = fit::measure_fairness(result.cage),
                                         .levels = result.levels};
     run.end_stage("fit");
-    return std::move(result.cage);
+    return result;
 }
 
 }  // namespace patchwright::cli
