@@ -132,8 +132,6 @@ FitResult fit_facing(const mesh::Cage& cage, const geom::ReferenceSurface& refer
                .side_reach = farthest * kept->level.largest()};
         now.level.local = next->local;
     }
-    for (const FaceError& face : kept->error.faces)
-        if (face.largest() > options.tolerance_mm) result.misses.push_back(face.at);
     return result;
 }
 

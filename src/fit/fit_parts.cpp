@@ -107,7 +107,6 @@ PartsFit fit_parts(const std::vector<mesh::Cage>& parts,
              same != known.end() ? same->result : fit(part, *reference, of_part)});
         const FitResult& one = result.parts.back().result;
         fitted.push_back(one.cage);
-        result.whole.misses.insert(result.whole.misses.end(), one.misses.begin(), one.misses.end());
         levels = std::max(levels, one.levels.size());
         result.whole.met = result.whole.met && one.met;
         result.whole.faces_away = result.whole.faces_away || one.faces_away;

@@ -21,18 +21,16 @@ void measure_surface(const mesh::Cage& cage, const geom::ReferenceSurface& refer
     struct SiteError {
         Distances surface;
         double change_u = 0.0, change_v = 0.0;
-        geom::Vec3 at = geom::Vec3::Zero();
     };
     std::vector<SiteError> of_site(sites.size());
     limit_operator.visit_sites(
         cage.points, [&](std::size_t begin, std::size_t end, auto offset, auto) {
             // From limit points to their foot points.
-            Points feet(offset.rows(), 3);
             base::parallel_for(
                 std::size_t(offset.rows()), 64, [&](std::size_t first, std::size_t last) {
                     for (auto i = Eigen::Index(first); i < Eigen::Index(last); ++i) {
-                        feet.row(i) = reference.foot_point(offset.row(i).transpose()).point;
-                        offset.row(i) = feet.row(i) - offset.row(i);
+                        const auto foot = reference.foot_point(offset.row(i).transpose());
+                        offset.row(i) = foot.point.transpose() - offset.row(i);
                     }
                 });
             for (std::size_t s = begin; s < end; ++s) {
@@ -41,10 +39,7 @@ void measure_surface(const mesh::Cage& cage, const geom::ReferenceSurface& refer
                 const auto at = [&](int i, int j) { return offset.row(first + i * (n + 1) + j); };
                 for (int i = 0; i <= n; ++i) {
                     for (int j = 0; j <= n; ++j) {
-                        const double distance = at(i, j).norm();
-                        if (distance > site.surface.max)
-                            site.at = feet.row(first + i * (n + 1) + j);
-                        site.surface.add(distance);
+                        site.surface.add(at(i, j).norm());
                         if (i < n) site.change_u += (at(i + 1, j) - at(i, j)).squaredNorm();
                         if (j < n) site.change_v += (at(i, j + 1) - at(i, j)).squaredNorm();
                     }
@@ -55,7 +50,6 @@ void measure_surface(const mesh::Cage& cage, const geom::ReferenceSurface& refer
         const SiteError& site = of_site[s];
         FaceError& face = error.faces[sites[s].face.index()];
         error.surface.add(site.surface);
-        if (site.surface.max > face.max) face.at = site.at;
         face.max = std::max(face.max, site.surface.max);
         face.change_u += site.change_u;
         face.change_v += site.change_v;
@@ -88,7 +82,6 @@ void measure_curves(const mesh::Cage& cage, const LevelFit& fitted,
         for (auto i = std::size_t(limit_operator.site_rows()[s]);
              i < std::size_t(limit_operator.site_rows()[s + 1]); ++i) {
             error.curves.add(distance[i]);
-            if (distance[i] > face.largest()) face.at = limit.row(Eigen::Index(i));
             side = std::max(side, distance[i]);
         }
     }
@@ -98,12 +91,9 @@ void measure_reverse(const mesh::Cage& cage, const std::vector<geom::Vec3>& poin
                      double tolerance, LevelError& error) {
     if (points.empty()) return;
     const auto sites = face_sites(*cage.topology);
-    const auto nearest = LimitSearch(cage.topology).nearest(cage.points, points);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const NearLimit& near = nearest[i];
+    for (const NearLimit& near : LimitSearch(cage.topology).nearest(cage.points, points)) {
         error.reverse.add(near.distance);
         FaceError& face = error.faces[sites[std::size_t(near.site)].face.index()];
-        if (near.distance > face.largest()) face.at = points[i];
         if (near.distance > tolerance) {
             face.beyond.extend(Eigen::Vector2d(near.u, near.v));
             ++face.beyond_count;

@@ -20,7 +20,6 @@ struct FaceError {
     double change_u = 0.0, change_v = 0.0;
     /// Largest distances of chains on sides along u and along v from their features.
     double curve_u = 0.0, curve_v = 0.0;
-    geom::Vec3 at = geom::Vec3::Zero();  ///< on the reference, where `largest` is
 
     [[nodiscard]] double largest() const { return std::max({max, reverse, curve_u, curve_v}); }
 };

@@ -4,7 +4,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <queue>
 
 namespace patchwright::layout {
@@ -50,7 +52,7 @@ SizeField::SizeField(const TriMesh& mesh, const geom::ModelSurface& reference,
       size_(std::size_t(mesh.vertex_count()), 0.0) {
     base::parallel_for(size_.size(), 64, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i)
-            if (mesh_.vertex_alive(int(i))) size_[i] = wanted(int(i));
+            if (mesh_.vertex_alive(int(i))) size_[i] = at_places(int(i)) * by_curvature(int(i));
     });
     limit_growth();
     for (double& s : size_) s *= options.scale;
@@ -74,19 +76,18 @@ double SizeField::by_curvature(int v) const {
     return c.closed ? std::min(size, c.length / 6.0) : size;
 }
 
-double SizeField::wanted(int v) const {
-    double size = by_curvature(v);
-    for (const FinerPlace& place : options_.finer_at) {
-        if (place.edge >= size) continue;
-        const double outside = (mesh_.point(v) - place.point).norm() - place.radius;
-        size = std::min(size, place.edge + options_.growth * std::max(0.0, outside));
-    }
-    return size;
+double SizeField::at_places(int v) const {
+    std::uint32_t rounds = 0;
+    for (const FinerPlace& place : options_.finer_at)
+        if ((mesh_.point(v) - place.point).norm() < place.radius)
+            rounds |= std::uint32_t(1) << place.round;
+    return std::ldexp(1.0, -std::popcount(rounds));
 }
 
 void SizeField::add_vertex(int a, int b) {
     const int v = mesh_.vertex_count() - 1;
-    size_.push_back(std::min(0.5 * (at(a) + at(b)), options_.scale * wanted(v)));
+    size_.push_back(
+        std::min(0.5 * (at(a) + at(b)), options_.scale * at_places(v) * by_curvature(v)));
 }
 
 void SizeField::limit_growth() {

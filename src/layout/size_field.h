@@ -10,7 +10,7 @@
 
 namespace patchwright::layout {
 
-/// Where lengths are no larger than asked for.
+/// Where lengths are halved once more.
 using FinerPlace = CageOptions::Place;
 
 struct SizeOptions {
@@ -36,8 +36,7 @@ class SizeField {
 
   private:
     [[nodiscard]] double by_curvature(int v) const;
-    /// No larger than what places near the vertex allow.
-    [[nodiscard]] double wanted(int v) const;
+    [[nodiscard]] double at_places(int v) const;
 
     const TriMesh& mesh_;
     const geom::ModelSurface& reference_;

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <memory>
 
 namespace patchwright::cli {
@@ -27,13 +26,10 @@ struct ConvertOptions {
 // Cages made one after the other at most, one more where the best one just misses, and faces of one
 // that is tried after the first.
 constexpr int most_tries = 3, most_faces_again = 4000;
-constexpr double just_missed_by = 1.5, just_met = 0.8;
-// How often edges are allowed to be longer than asked for by how much, for fewer faces.
-constexpr int most_concessions = 3;
-constexpr double concession = 1.5;
+constexpr double just_missed_by = 1.5;
 
 struct Attempt {
-    fit::FitResult fitted;
+    mesh::Cage fitted;
     report::RunReport report;
     std::shared_ptr<const occ::CadReference> output;  ///< of what was written
     double deviation = 0.0;  ///< the larger one of both ways, of the diagonal, by fit and check
@@ -87,7 +83,7 @@ void settle(Run& run, const ConvertOptions& options, Attempt& attempt, const Ass
 
 Assembled assembled(Run& run, const ConvertOptions& options, const Attempt& attempt,
                     const geom::ModelSurface& reference) {
-    return assemble_patches(run, attempt.fitted.cage, options.output, caps(run), &reference);
+    return assemble_patches(run, attempt.fitted, options.output, caps(run), &reference);
 }
 
 /// Fits and measures: the file, or where the fit itself has missed, the model in memory; writing
@@ -123,7 +119,7 @@ int finish(Run& run, const ConvertOptions& options, const Attempt& attempt,
     bound_deviation(run, *attempt.output, reference);
     run.end_stage("check");
     if (!options.cage_out.empty())
-        write_cage(attempt.fitted.cage, options.cage_out,
+        write_cage(attempt.fitted, options.cage_out,
                    base::parse_length_unit(options.fit.cage_unit));
     if (!attempt.valid)
         run.notice(
@@ -134,50 +130,12 @@ int finish(Run& run, const ConvertOptions& options, const Attempt& attempt,
     return attempt.met() ? Done : ToleranceMissed;
 }
 
-/// Where an attempt misses: faces of the fit, and the worst places between its samples.
-std::vector<geom::Vec3> misses(const Attempt& attempt, double diagonal) {
-    std::vector<geom::Vec3> points = attempt.fitted.misses;
-    const report::DeviationFigures& deviation = *attempt.report.deviation;
-    for (const fit::Deviation* way : {&deviation.output_to_input, &deviation.input_to_output})
-        for (const fit::DeviationPlace& place : way->worst)
-            if (place.distance > just_met * attempt.tolerance * diagonal)
-                points.push_back(place.point);
-    return points;
-}
-
-/// Balls as large as the cage's faces there, in which edges are a quarter as long.
-std::vector<layout::CageOptions::Place> finer_at(const mesh::Cage& cage,
-                                                 const std::vector<geom::Vec3>& points) {
-    constexpr double finer = 0.25;
-    const mesh::Topology& t = *cage.topology;
-    std::vector<geom::Vec3> middle(std::size_t(t.face_count()), geom::Vec3::Zero());
-    std::vector<double> shortest(middle.size(), std::numeric_limits<double>::infinity());
-    for (const mesh::FaceId f : t.faces()) {
-        for (const mesh::CornerId c : t.corners(f)) {
-            const geom::Vec3 a = cage.points.row(t.vertex(c).value);
-            const geom::Vec3 b = cage.points.row(t.vertex(t.next(c)).value);
-            middle[f.index()] += a / t.size(f);
-            shortest[f.index()] = std::min(shortest[f.index()], (b - a).norm());
-        }
-    }
-    std::vector<layout::CageOptions::Place> result;
-    for (const geom::Vec3& p : points) {
-        const auto nearest =
-            std::min_element(middle.begin(), middle.end(), [&](const auto& a, const auto& b) {
-                return (a - p).squaredNorm() < (b - p).squaredNorm();
-            });
-        const double edge = shortest[std::size_t(nearest - middle.begin())];
-        result.push_back({p, edge, finer * edge});
-    }
-    return result;
-}
-
 /// How the next cage is made: finer where the last one missed. Far off, the recognised shape is not
 /// what the model is; blocks along faces, which start coarse, get finer once as long as they are
 /// few and lose no curves.
 LayoutOptions next_layout(const LayoutOptions& last, const Attempt& attempt,
                           const layout::CageResult& made, double diagonal) {
-    constexpr double far_off = 10.0;
+    constexpr double far_off = 10.0, radius_rel = 0.04;
     constexpr int few_faces = 500;
     LayoutOptions next = last;
     if (made.method == layout::Method::Aligned) {
@@ -190,8 +148,19 @@ LayoutOptions next_layout(const LayoutOptions& last, const Attempt& attempt,
             next.fineness *= 2.0;
         return next;
     }
-    const auto places = finer_at(made.cage, misses(attempt, diagonal));
-    next.finer_at.insert(next.finer_at.end(), places.begin(), places.end());
+    const report::DeviationFigures& deviation = *attempt.report.deviation;
+    const int round = last.finer_at.empty() ? 0 : last.finer_at.back().round + 1;
+    for (const fit::Deviation* way : {&deviation.output_to_input, &deviation.input_to_output}) {
+        for (const fit::DeviationPlace& place : way->worst) {
+            const auto near = [&](const auto& other) {
+                return (other.point - place.point).norm() < 0.5 * radius_rel * diagonal;
+            };
+            const auto fresh = next.finer_at.begin() + std::ptrdiff_t(last.finer_at.size());
+            if (place.distance > 0.8 * attempt.tolerance * diagonal &&
+                std::none_of(fresh, next.finer_at.end(), near))
+                next.finer_at.push_back({place.point, radius_rel * diagonal, round});
+        }
+    }
     // Nothing was recognised, and blocks were refused: they would be again.
     if (made.recognised == 0 && !made.from_faces && next.finer_at.size() > last.finer_at.size())
         next.method = "remesh";
@@ -204,7 +173,7 @@ std::string describe_next(const LayoutOptions& last, const LayoutOptions& next) 
     if (next.method != last.method && places == 0) return "remeshed next";
     if (next.fineness != last.fineness) return "next with twice as many lines";
     if (places == 0) return {};
-    return fmt::format("next with shorter edges at {} places", places);
+    return fmt::format("next with edges of half the length around {} places", places);
 }
 
 /// Makes cages until one meets the tolerance; the best one's output is what is left on disk.
@@ -216,17 +185,8 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
     std::optional<Attempt> best;
     bool best_is_written = true;
     int best_number = 0;
-    std::size_t places = 0;  // asked for by earlier cages
     for (int number = 1;; ++number) {
-        layout::CageResult made = make_cage(run, input, how, tolerance);
-        for (int k = 0; k < most_concessions && best && places < how.finer_at.size() &&
-                        made.cage.topology->face_count() > most_faces_again;
-             ++k) {
-            for (std::size_t i = places; i < how.finer_at.size(); ++i)
-                how.finer_at[i].edge *= concession;
-            made = make_cage(run, input, how, tolerance);
-        }
-        places = how.finer_at.size();
+        const layout::CageResult made = make_cage(run, input, how, tolerance);
         run.end_stage("layout");
         const int faces = made.cage.topology->face_count();
         if (best && faces > most_faces_again) {
@@ -280,8 +240,7 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
     if (!best->written)
         settle(run, options, *best, assembled(run, options, *best, reference), reference);
     else if (!best_is_written)
-        write_patches(run, best->fitted.cage, options.output, run.report.unit, caps(run),
-                      &reference);
+        write_patches(run, best->fitted, options.output, run.report.unit, caps(run), &reference);
     return std::move(*best);
 }
 

@@ -34,7 +34,7 @@ int fit_only(const FitOnlyOptions& options) {
         parts = part_fits(run, input);
     }
     run.end_stage("layout");
-    const mesh::Cage fitted = fit_cage(run, cage, reference, fit, parts ? &*parts : nullptr).cage;
+    const mesh::Cage fitted = fit_cage(run, cage, reference, fit, parts ? &*parts : nullptr);
     write_cage(fitted, options.output, cage_unit);
     run.end_stage("write");
     run.finish();

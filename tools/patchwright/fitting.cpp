@@ -128,8 +128,8 @@ std::optional<fit::FitResult> fit_by_parts(const mesh::Cage& cage,
 
 }  // namespace
 
-fit::FitResult fit_cage(Run& run, const mesh::Cage& cage, const geom::ModelSurface& reference,
-                        const FitCommandOptions& options, PartFits* by_parts) {
+mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ModelSurface& reference,
+                    const FitCommandOptions& options, PartFits* by_parts) {
     const double diagonal = reference.bounds().diagonal();
     const double tolerance = base::parse_length(options.tolerance).in_millimetres(diagonal);
     const double size_ratio = geom::bounding_box(cage.points).diagonal() / diagonal;
@@ -164,7 +164,7 @@ fit::FitResult fit_cage(Run& run, const mesh::Cage& cage, const geom::ModelSurfa
                                         .after = fit::measure_fairness(result.cage),
                                         .levels = result.levels};
     run.end_stage("fit");
-    return result;
+    return std::move(result.cage);
 }
 
 }  // namespace patchwright::cli

@@ -63,7 +63,7 @@ std::optional<PartFits> part_fits(Run& run, const Input& input);
 /// Fits and fills report.fit; the tolerance is for the final, two-sided deviation.
 /// @param parts  with it, parts of the cage that do not hang together are fitted each to the body
 ///               of the model that it lies on, and results are kept for parts that come again
-fit::FitResult fit_cage(Run& run, const mesh::Cage& cage, const geom::ModelSurface& reference,
+mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ModelSurface& reference,
                     const FitCommandOptions& options, PartFits* parts = nullptr);
 
 /// The tolerance as a fraction of the reference's diagonal.

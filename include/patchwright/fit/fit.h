@@ -82,8 +82,6 @@ struct FitLevel {
 
 struct FitResult {
     mesh::Cage cage;
-    /// Where on the reference faces of the last level that brought something miss the tolerance.
-    std::vector<geom::Vec3> misses;
     bool met = false;        ///< FitLevel::largest of the best level is within the tolerance
     int best_level = 0;      ///< the one whose cage this is: no later one came nearer
     int symmetry_axis = -1;  ///< of the symmetry plane that was kept; -1: none

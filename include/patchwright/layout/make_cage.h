@@ -23,10 +23,12 @@ struct CageOptions {
     int target_faces = 0;         ///< number of faces to aim at, roughly; 0: as the shape asks for
     double tolerance_rel = 1e-3;  ///< of the diagonal: what the cage is to be fitted to
     double fineness = 1.0;        ///< > 0: edges are shorter by this factor where shape asks for it
-    /// A ball in which edges of a remeshed cage are no longer than this; near it not much longer.
+    /// A ball in which a remeshed cage has edges of half the length; of a quarter where it meets
+    /// one of another round. Those of one round may overlap.
     struct Place {
         geom::Vec3 point = geom::Vec3::Zero();
-        double radius = 0.0, edge = 0.0;  ///< millimetres
+        double radius = 0.0;  ///< millimetres
+        int round = 0;        ///< 0 to 31
     };
     std::vector<Place> finer_at;
     base::Progress progress;
