@@ -203,21 +203,19 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
             Attempt now =
                 attempt(run, options, made.cage, fit, reference, parts ? &*parts : nullptr);
             // Blocks that lose sharp curves are no better than triangles that keep them.
-            const bool keeps_more = made.from_faces && how.method == "auto";
-            met = now.met() && (now.lost_curves() == 0 || !keeps_more);
-            if (held && !now.met())
+            met = now.met() && (now.lost_curves() == 0 || !made.from_faces || how.method != "auto");
+            if (held && !met)
                 run.notice(fmt::format(
                     "cage {} of {} faces, held to its form, leaves {:.2g} of the diagonal", number,
                     faces, now.deviation));
             const bool better = !best || now.better_than(*best);
             if (now.written) best_is_written = better;
-            const bool done = now.met();
             if (better) {
                 best = now;
                 best_number = number;
             }
             if (!of_this || now.better_than(*of_this)) of_this = std::move(now);
-            if (done) break;
+            if (met) break;
         }
         const LayoutOptions next = next_layout(how, *of_this, made, reference.bounds().diagonal());
         const bool nearly = best->valid && best->deviation < just_missed_by * best->tolerance;
