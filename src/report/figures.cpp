@@ -174,7 +174,7 @@ class SectionWriter {
     }
     void deviation(const DeviationFigures& d) {
         sections_.push_back({"Deviation", {}});
-        const auto one = [&](const char* label, const fit::Deviation& side) {
+        const auto one = [&](const char* label, const measure::Deviation& side) {
             row(label, "max {} at {}, rms {}, 95 % {}, 99 % {}", relative(side.max), place(side.at),
                 length(side.rms), length(side.p95), length(side.p99));
             if (side.bound > 0.0) row("  anywhere", "at most {}", relative(side.bound));
@@ -188,7 +188,7 @@ class SectionWriter {
         if (d.sharp_curves_input + d.sharp_curves_output == 0) return;
         row("sharp curves", "{} in the input, {} in the output", d.sharp_curves_input,
             d.sharp_curves_output);
-        const auto curves = [&](const char* label, const std::optional<fit::Deviation>& side) {
+        const auto curves = [&](const char* label, const std::optional<measure::Deviation>& side) {
             if (side)
                 row(label, "max {} at {}, rms {}", relative(side->max), place(side->at),
                     length(side->rms));

@@ -99,7 +99,7 @@ class Writer {
                  {"local", l.local},
                  {"seconds", l.seconds}});
         }
-        const auto fairness = [](const fit::Fairness& fair) {
+        const auto fairness = [](const measure::Fairness& fair) {
             return Json{{"curvature_variation", fair.curvature_variation},
                         {"skew", fair.skew},
                         {"least_angle_deg", fair.least_angle_rad * 180.0 / M_PI},
@@ -238,12 +238,12 @@ class Writer {
         }
         return json;
     }
-    Json deviation(const fit::Deviation& d) const {
+    Json deviation(const measure::Deviation& d) const {
         Json json = {{"max", length(d.max)}, {"rms", length(d.rms)}, {"p50", length(d.p50)},
                      {"p95", length(d.p95)}, {"p99", length(d.p99)}, {"at", point(d.at)},
                      {"face", d.face},       {"samples", d.samples}};
         if (d.bound > 0.0) json["bound"] = length(d.bound);
-        for (const fit::DeviationPlace& place : d.worst) {
+        for (const measure::DeviationPlace& place : d.worst) {
             json["worst"].push_back({{"distance", length(place.distance)},
                                      {"at", point(place.point)},
                                      {"face", place.face}});

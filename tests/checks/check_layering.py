@@ -15,12 +15,13 @@ ARROWS = {  # room: the rooms that it may include; what those may include, it ma
     "geom": ["base"],
     "mesh": ["geom"],
     "subd": ["mesh"],
-    "fit": ["subd"],
+    "measure": ["subd"],
+    "fit": ["measure"],
     "patch": ["subd"],
     "grid": ["patch"],
     "report": ["fit", "patch", "grid"],
     "occ": ["fit", "patch"],
-    "layout": ["occ"],
+    "cage": ["occ"],
 }
 TOP_LEVEL = {"src", "include", "tools", "tests", "samples", "CMakeLists.txt", "README.md"}
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
@@ -135,7 +136,7 @@ class SelfTest(unittest.TestCase):
         self.check("tests/occ/a_test.cpp", "#include <gp_Pnt.hxx>")
         self.check("tests/fit/a_test.cpp", '#include "support/a.h"\n#include <catch2/catch.hpp>')
         self.check("tools/make_a.cpp", "#include <gp_Pnt.hxx>")
-        self.check("tools/patchwright/a.cpp", "#include <patchwright/layout/a.h>")
+        self.check("tools/patchwright/a.cpp", "#include <patchwright/cage/a.h>")
         self.check(".hidden", "")
 
     def test_arrows_against_the_current(self):
@@ -154,7 +155,7 @@ class SelfTest(unittest.TestCase):
                 self.check(f"src/{room}/a.cpp", f"#include <patchwright/{other}/b.h>", *expected)
 
     def test_kernel_headers_outside_their_room(self):
-        for file in ("include/patchwright/occ/a.h", "src/layout/a.cpp", "tools/patchwright/a.cpp", "tests/fit/a_test.cpp"):
+        for file in ("include/patchwright/occ/a.h", "src/cage/a.cpp", "tools/patchwright/a.cpp", "tests/fit/a_test.cpp"):
             self.check(file, "#include <gp_Pnt.hxx>", f"{file}:2: OpenCASCADE header <gp_Pnt.hxx>")
 
     def test_public_headers(self):

@@ -1,4 +1,4 @@
-#include "fit/assignment.h"
+#include "fit/match/assignment.h"
 
 #include <catch2/catch.hpp>
 

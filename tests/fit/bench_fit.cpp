@@ -3,8 +3,8 @@
 //   bench_fit [VERTICES...]    1e3, 1e4, 1e5 and 1e6 unless given; 0: the orders alone
 #include "fit/bench_orders.h"
 #include "fit/bench_peers.h"
-#include "fit/limit_rows.h"
-#include "fit/mesh_preconditioner.h"
+#include "fit/solve/limit_rows.h"
+#include "fit/solve/mesh_preconditioner.h"
 #include "support/analytic_references.h"
 #include "support/bench.h"
 #include "support/cages.h"

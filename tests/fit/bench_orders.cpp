@@ -1,6 +1,6 @@
 #include "fit/bench_orders.h"
 
-#include "fit/limit_rows.h"
+#include "fit/solve/limit_rows.h"
 #include "support/analytic_references.h"
 #include "support/analytic_wing.h"
 #include "support/bench.h"

@@ -1,6 +1,6 @@
-#include "fit/coverage.h"
+#include "fit/loop/coverage.h"
 
-#include "fit/sampling.h"
+#include "fit/loop/sampling.h"
 #include "support/cages.h"
 
 #include <patchwright/fit/fit.h>

@@ -1,4 +1,4 @@
-#include "fit/feature_match.h"
+#include "fit/match/feature_match.h"
 #include "support/analytic_references.h"
 #include "support/cages.h"
 

@@ -1,6 +1,6 @@
-#include "fit/mesh_preconditioner.h"
+#include "fit/solve/mesh_preconditioner.h"
 
-#include "fit/limit_rows.h"
+#include "fit/solve/limit_rows.h"
 #include "support/cages.h"
 
 #include <patchwright/base/error.h>

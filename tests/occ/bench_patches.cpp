@@ -1,7 +1,7 @@
 // Figures of the patches, as JSON: random cages written to STEP and read back, and the cost of
 // assembling and writing many faces beside sewing the same ones.
 // Usage: bench_patches [SEEDS] [KEEP_FOLDER]
-#include "occ/cad_model_impl.h"
+#include "occ/exchange/cad_model_impl.h"
 #include "occ/random_patches.h"
 #include "support/cages.h"
 

@@ -1,4 +1,4 @@
-#include "occ/foot_point_engine.h"
+#include "occ/foot/foot_point_engine.h"
 #include "occ/odd_shapes.h"
 #include "occ/shapes.h"
 

@@ -2,7 +2,7 @@
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
-#include <patchwright/occ/deviation.h>
+#include <patchwright/measure/deviation.h>
 #include <patchwright/occ/inspect.h>
 
 #include <BRepGProp.hxx>
@@ -11,8 +11,8 @@
 #include <catch2/catch.hpp>
 
 using namespace patchwright;
-using fit::Deviation;
 using geom::Vec3;
+using measure::Deviation;
 using occ::CadReference;
 
 namespace {
@@ -25,8 +25,8 @@ CadReference sphere(double radius) {
 
 TEST_CASE("concentric spheres deviate by the difference of their radii", "[occ][oracle]") {
     const CadReference small = sphere(10.0), large = sphere(10.25);
-    for (const Deviation& d : {occ::measure_deviation(small, large, {.samples = 500}),
-                               occ::measure_deviation(large, small, {.samples = 500})}) {
+    for (const Deviation& d : {measure::measure_deviation(small, large, {.samples = 500}),
+                               measure::measure_deviation(large, small, {.samples = 500})}) {
         CHECK(d.max == Approx(0.25).epsilon(1e-9));
         CHECK(d.rms == Approx(0.25).epsilon(1e-9));
         CHECK(d.p95 == Approx(0.25).epsilon(1e-9));
@@ -39,7 +39,7 @@ TEST_CASE("concentric spheres deviate by the difference of their radii", "[occ][
 TEST_CASE("a model does not deviate from itself", "[occ][oracle]") {
     for (const TopoDS_Shape& shape : {test::wing(), test::cut_cylinder()}) {
         const CadReference reference(test::model_of(shape));
-        const Deviation d = occ::measure_deviation(reference, reference, {.samples = 1000});
+        const Deviation d = measure::measure_deviation(reference, reference, {.samples = 1000});
         CHECK(d.max < 2e-7);
         CHECK(d.rms <= d.max);
     }
@@ -49,7 +49,7 @@ TEST_CASE("the place and face of the largest deviation are reported", "[occ][ora
     // The taller box's top is 2 above the other's, and nothing else differs by as much.
     const CadReference low(test::model_of(BRepPrimAPI_MakeBox(10.0, 10.0, 10.0).Shape()));
     const CadReference tall(test::model_of(BRepPrimAPI_MakeBox(10.0, 10.0, 12.0).Shape()));
-    const Deviation d = occ::measure_deviation(tall, low, {.samples = 1000});
+    const Deviation d = measure::measure_deviation(tall, low, {.samples = 1000});
     CHECK(d.max == Approx(2.0));
     CHECK(d.at.z() == Approx(12.0));
     CHECK(d.rms < 2.0);
@@ -63,9 +63,9 @@ TEST_CASE("deviations do not depend on the number of threads", "[occ]") {
         BRepAlgoAPI_Cut(test::wing(), test::rotated_box(200, 60, 100, gp_Pnt(10, -30, 220), 0.4))
             .Shape()));
     base::set_thread_count(1);
-    const Deviation one = occ::measure_deviation(wing, cut, {.samples = 2000});
+    const Deviation one = measure::measure_deviation(wing, cut, {.samples = 2000});
     base::set_thread_count(0);
-    const Deviation all = occ::measure_deviation(wing, cut, {.samples = 2000});
+    const Deviation all = measure::measure_deviation(wing, cut, {.samples = 2000});
     CHECK(one.max == all.max);
     CHECK(one.rms == all.rms);
     CHECK(one.p95 == all.p95);
@@ -75,10 +75,10 @@ TEST_CASE("deviations do not depend on the number of threads", "[occ]") {
 
 TEST_CASE("measuring a deviation can be stopped, and needs samples", "[occ]") {
     const CadReference reference = sphere(1.0);
-    CHECK_THROWS_AS(occ::measure_deviation(reference, reference, {.samples = 0}),
+    CHECK_THROWS_AS(measure::measure_deviation(reference, reference, {.samples = 0}),
                     base::InvalidArgument);
     CHECK_THROWS_AS(
-        occ::measure_deviation(
+        measure::measure_deviation(
             reference, reference,
             {.samples = 10, .progress = [](std::string_view, double) { return false; }}),
         base::Cancelled);
@@ -86,7 +86,7 @@ TEST_CASE("measuring a deviation can be stopped, and needs samples", "[occ]") {
 
 TEST_CASE("the bound holds all points and comes near the largest sample", "[occ][oracle]") {
     const CadReference small = sphere(10.0), large = sphere(10.25);
-    const Deviation out = occ::measure_deviation(small, large, {.samples = 300});
+    const Deviation out = measure::measure_deviation(small, large, {.samples = 300});
     CHECK(out.bound >= 0.25);
     CHECK(out.bound <= 1.11 * 0.25);
 
@@ -95,10 +95,11 @@ TEST_CASE("the bound holds all points and comes near the largest sample", "[occ]
     const CadReference plain(test::model_of(BRepPrimAPI_MakeBox(100.0, 100.0, 10.0).Shape()));
     const CadReference bumpy(test::model_of(
         BRepAlgoAPI_Cut(BRepPrimAPI_MakeBox(100.0, 100.0, 10.0).Shape(), bump).Shape()));
-    const Deviation d = occ::measure_deviation(bumpy, plain, {.samples = 50});
+    const Deviation d = measure::measure_deviation(bumpy, plain, {.samples = 50});
     CHECK(d.bound >= 0.8);
     CHECK(d.bound <= 1.2 * 0.8);
-    CHECK(occ::measure_deviation(plain, bumpy, {.samples = 10, .with_bound = false}).bound == 0.0);
+    CHECK(measure::measure_deviation(plain, bumpy, {.samples = 10, .with_bound = false}).bound ==
+          0.0);
     for (std::size_t i = 1; i < d.worst.size(); ++i) {
         CHECK(d.worst[i].distance <= d.worst[i - 1].distance);
         for (std::size_t k = 0; k < i; ++k)
@@ -126,13 +127,14 @@ TEST_CASE("sharp edges are compared with sharp edges", "[occ][oracle]") {
     const auto box = [](double height) {
         return CadReference(test::model_of(BRepPrimAPI_MakeBox(10.0, 10.0, height).Shape()));
     };
-    const auto d = occ::measure_feature_deviation(box(12.0), box(10.0), geom::FeatureKind::Sharp);
+    const auto d =
+        measure::measure_feature_deviation(box(12.0), box(10.0), geom::FeatureKind::Sharp);
     REQUIRE(d.has_value());
     CHECK(d->max == Approx(2.0));
     // 4 of 12 edges are 2 off all along, 4 by up to 2 over a sixth of their length.
     CHECK(d->p50 == Approx(0.0).margin(1e-9));
     CHECK(d->rms == Approx(std::sqrt((40.0 * 4.0 + 4 * 8.0 / 3.0) / 128.0)).epsilon(0.01));
-    CHECK_FALSE(occ::measure_feature_deviation(box(1.0), sphere(1.0), geom::FeatureKind::Sharp)
+    CHECK_FALSE(measure::measure_feature_deviation(box(1.0), sphere(1.0), geom::FeatureKind::Sharp)
                     .has_value());
 }
 
@@ -142,7 +144,7 @@ TEST_CASE("sharp curves are looked at one by one", "[occ][oracle]") {
     };
     // Edges of the lid are 2 off, upright ones at their upper ends, those of the floor not at all.
     const CadReference tall = box(12.0), low = box(10.0);
-    const auto all = occ::measure_sharp_curves(tall, low, 1.0);
+    const auto all = measure::measure_sharp_curves(tall, low, 1.0);
     REQUIRE(all.size() == 12);
     int off = 0;
     for (const auto& c : all) {
@@ -153,9 +155,9 @@ TEST_CASE("sharp curves are looked at one by one", "[occ][oracle]") {
     }
     CHECK(off == 8);
     // Only the four upright ones are longer than 11.
-    const auto longest = occ::measure_sharp_curves(tall, low, 11.0);
+    const auto longest = measure::measure_sharp_curves(tall, low, 11.0);
     REQUIRE(longest.size() == 4);
     for (const auto& c : longest) CHECK(c.length == Approx(12.0));
-    for (const auto& c : occ::measure_sharp_curves(low, sphere(5.0), 1.0))
+    for (const auto& c : measure::measure_sharp_curves(low, sphere(5.0), 1.0))
         CHECK(std::isinf(c.distance));
 }

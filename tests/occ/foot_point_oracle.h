@@ -1,7 +1,7 @@
 // Foot points of a model against the kernel's search for the shortest distance.
 #pragma once
 
-#include "occ/foot_point_engine.h"
+#include "occ/foot/foot_point_engine.h"
 #include "occ/shapes.h"
 
 #include <BRepBuilderAPI_MakeFace.hxx>

@@ -1,8 +1,8 @@
 // Healing of faces that do not hang together: what is closed, left out, turned, and said.
-#include "occ/heal.h"
+#include "occ/heal/heal.h"
 
-#include "occ/free_edge_gaps.h"
-#include "occ/iges_repair.h"
+#include "occ/exchange/iges_repair.h"
+#include "occ/heal/free_edge_gaps.h"
 #include "occ/shapes.h"
 
 #include <patchwright/occ/inspect.h>

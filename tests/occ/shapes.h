@@ -1,7 +1,7 @@
 // Shapes and kernel oracles shared by the tests of references and deviations.
 #pragma once
 
-#include "cad_model_impl.h"
+#include "occ/exchange/cad_model_impl.h"
 
 #include <patchwright/occ/cad_reference.h>
 

@@ -1,5 +1,5 @@
-#include "occ/cad_model_impl.h"
-#include "occ/step_text.h"
+#include "occ/exchange/cad_model_impl.h"
+#include "occ/exchange/step_text.h"
 #include "support/cages.h"
 
 #include <patchwright/occ/assemble.h>

@@ -1,5 +1,5 @@
 // Native evaluation against the kernel's, surface kind by surface kind.
-#include "occ/surface_evaluator.h"
+#include "occ/foot/surface_evaluator.h"
 
 #include <GeomConvert.hxx>
 #include <Geom_BSplineSurface.hxx>

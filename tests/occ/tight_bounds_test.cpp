@@ -1,4 +1,4 @@
-#include "tight_bounds.h"
+#include "occ/foot/tight_bounds.h"
 
 #include "occ/shapes.h"
 

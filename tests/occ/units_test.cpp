@@ -1,6 +1,6 @@
 // Units and the kernel's process-wide state: the same wing from files in several units, and
 // parameters that are as they were after every call.
-#include "occ/exchange_session.h"
+#include "occ/exchange/exchange_session.h"
 #include "occ/shapes.h"
 
 #include <patchwright/base/error.h>

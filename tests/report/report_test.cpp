@@ -1,4 +1,4 @@
-#include <patchwright/fit/deviation.h>
+#include <patchwright/measure/deviation_statistics.h>
 #include <patchwright/report/run_report.h>
 
 #include <catch2/catch.hpp>
@@ -65,14 +65,14 @@ TEST_CASE("HTML escapes what comes from files", "[report]") {
 }
 
 TEST_CASE("deviation statistics of known distances", "[fit][oracle]") {
-    std::vector<fit::DistanceSample> samples;
+    std::vector<measure::DistanceSample> samples;
     for (int i = 1; i <= 100; ++i) samples.push_back({geom::Vec3(i, 0, 0), i, double(i)});
-    const fit::Deviation d = fit::deviation_statistics(samples);
+    const measure::Deviation d = measure::deviation_statistics(samples);
     CHECK(d.max == 100.0);
     CHECK(d.face == 100);
     CHECK(d.at.x() == 100.0);
     CHECK(d.p95 == 95.0);
     CHECK(d.p99 == 99.0);
     CHECK(d.rms == Approx(std::sqrt(3383.5)));
-    CHECK(fit::deviation_statistics({}).face == -1);
+    CHECK(measure::deviation_statistics({}).face == -1);
 }

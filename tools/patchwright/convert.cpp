@@ -134,11 +134,11 @@ int finish(Run& run, const ConvertOptions& options, const Attempt& attempt,
 /// what the model is; blocks along faces, which start coarse, get finer once as long as they are
 /// few and lose no curves.
 LayoutOptions next_layout(const LayoutOptions& last, const Attempt& attempt,
-                          const layout::CageResult& made, double diagonal) {
+                          const cage::CageResult& made, double diagonal) {
     constexpr double far_off = 10.0, radius_rel = 0.04;
     constexpr int few_faces = 500;
     LayoutOptions next = last;
-    if (made.method == layout::Method::Aligned) {
+    if (made.method == cage::Method::Aligned) {
         const bool again = made.from_faces ? last.fineness == 1.0 && attempt.lost_curves() == 0 &&
                                                  made.cage.topology->face_count() < few_faces
                                            : attempt.deviation <= far_off * attempt.tolerance;
@@ -150,8 +150,8 @@ LayoutOptions next_layout(const LayoutOptions& last, const Attempt& attempt,
     }
     const report::DeviationFigures& deviation = *attempt.report.deviation;
     const int round = last.finer_at.empty() ? 0 : last.finer_at.back().round + 1;
-    for (const fit::Deviation* way : {&deviation.output_to_input, &deviation.input_to_output}) {
-        for (const fit::DeviationPlace& place : way->worst) {
+    for (const measure::Deviation* way : {&deviation.output_to_input, &deviation.input_to_output}) {
+        for (const measure::DeviationPlace& place : way->worst) {
             const auto near = [&](const auto& other) {
                 return (other.point - place.point).norm() < 0.5 * radius_rel * diagonal;
             };
@@ -186,7 +186,7 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
     bool best_is_written = true;
     int best_number = 0;
     for (int number = 1;; ++number) {
-        const layout::CageResult made = make_cage(run, input, how, tolerance);
+        const cage::CageResult made = make_cage(run, input, how, tolerance);
         run.end_stage("layout");
         const int faces = made.cage.topology->face_count();
         if (best && faces > most_faces_again) {

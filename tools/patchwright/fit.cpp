@@ -28,7 +28,7 @@ int fit_only(const FitOnlyOptions& options) {
     FitCommandOptions fit = options.fit;
     std::optional<PartFits> parts;
     if (options.cage.empty()) {
-        layout::CageResult made = make_cage(run, input, options.layout, tolerance);
+        cage::CageResult made = make_cage(run, input, options.layout, tolerance);
         cage = std::move(made.cage);
         fit = for_made_cage(fit, made);
         parts = part_fits(run, input);

@@ -48,19 +48,19 @@ void add_layout_options(CLI::App& command, LayoutOptions& options) {
         ->check(CLI::PositiveNumber);
 }
 
-layout::CageResult make_cage(Run& run, const Input& input, const LayoutOptions& options,
-                             double tolerance_rel) {
-    const auto method = options.method == "aligned"  ? layout::Method::Aligned
-                        : options.method == "remesh" ? layout::Method::Remesh
-                                                     : layout::Method::Auto;
-    const layout::CageOptions making{.method = method,
-                                     .target_faces = options.target_faces,
-                                     .tolerance_rel = tolerance_rel,
-                                     .fineness = options.fineness,
-                                     .finer_at = options.finer_at,
-                                     .progress = run.progress()};
-    layout::CageResult result = input.mesh ? layout::make_cage(*input.mesh, making)
-                                           : layout::make_cage(*input.model, *input.cad, making);
+cage::CageResult make_cage(Run& run, const Input& input, const LayoutOptions& options,
+                           double tolerance_rel) {
+    const auto method = options.method == "aligned"  ? cage::Method::Aligned
+                        : options.method == "remesh" ? cage::Method::Remesh
+                                                     : cage::Method::Auto;
+    const cage::CageOptions making{.method = method,
+                                   .target_faces = options.target_faces,
+                                   .tolerance_rel = tolerance_rel,
+                                   .fineness = options.fineness,
+                                   .finer_at = options.finer_at,
+                                   .progress = run.progress()};
+    cage::CageResult result = input.mesh ? cage::make_cage(*input.mesh, making)
+                                         : cage::make_cage(*input.model, *input.cad, making);
     for (const std::string& text : result.notices) run.notice(text);
     run.report.cage = mesh::summarise(*result.cage.topology);
     run.report.layout = result.layout;
@@ -73,7 +73,7 @@ double relative_tolerance(const FitCommandOptions& options,
     return base::parse_length(options.tolerance).in_millimetres(diagonal) / diagonal;
 }
 
-FitCommandOptions for_made_cage(FitCommandOptions options, const layout::CageResult& made) {
+FitCommandOptions for_made_cage(FitCommandOptions options, const cage::CageResult& made) {
     // Blocks are coarse and refined in single strips; remeshed cages grow fourfold. Blocks that
     // need many times the faces they came with are not what the model is like.
     constexpr int most_levels = 2, most_levels_of_blocks = 5, most_vertices = 40000;
@@ -81,7 +81,7 @@ FitCommandOptions for_made_cage(FitCommandOptions options, const layout::CageRes
     // Another cage may serve better than levels that gain nothing.
     options.max_idle_levels = std::min(options.max_idle_levels, 2);
     // Remeshed faces and blocks have the form they happen to have.
-    options.keeps_form = made.method == layout::Method::Aligned && !made.from_faces;
+    options.keeps_form = made.method == cage::Method::Aligned && !made.from_faces;
     if (options.keeps_form) return options;
     options.max_levels =
         std::min(options.max_levels, made.from_faces ? most_levels_of_blocks : most_levels);
@@ -105,7 +105,7 @@ fit::Symmetry symmetry_option(const std::string& name) {
 
 std::optional<PartFits> part_fits(Run& run, const Input& input) {
     if (!input.model || occ::connected_faces(*input.model).size() < 2) return std::nullopt;
-    return PartFits{layout::model_bodies(*input.model, reference_options(run, input)), {}};
+    return PartFits{cage::model_bodies(*input.model, reference_options(run, input)), {}};
 }
 
 namespace {
@@ -117,7 +117,7 @@ std::optional<fit::FitResult> fit_by_parts(const mesh::Cage& cage,
                                            const fit::FitOptions& options, PartFits* by_parts) {
     if (by_parts == nullptr) return std::nullopt;
     const auto parts = mesh::connected_parts(cage);
-    const auto references = layout::references_of_parts(parts, by_parts->bodies, reference);
+    const auto references = cage::references_of_parts(parts, by_parts->bodies, reference);
     if (std::find(references.begin(), references.end(), &reference) != references.end())
         return std::nullopt;
     auto fitted = fit::fit_parts(parts, references, options, by_parts->known);
@@ -160,8 +160,8 @@ mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ModelSurface& 
                                         .met = best.largest() <= tolerance,
                                         .best_level = result.best_level,
                                         .symmetry_axis = result.symmetry_axis,
-                                        .before = fit::measure_fairness(cage),
-                                        .after = fit::measure_fairness(result.cage),
+                                        .before = measure::measure_fairness(cage),
+                                        .after = measure::measure_fairness(result.cage),
                                         .levels = result.levels};
     run.end_stage("fit");
     return std::move(result.cage);

@@ -3,9 +3,9 @@
 
 #include "input.h"
 
+#include <patchwright/cage/bodies.h>
+#include <patchwright/cage/make_cage.h>
 #include <patchwright/fit/fit_parts.h>
-#include <patchwright/layout/bodies.h>
-#include <patchwright/layout/make_cage.h>
 
 #include <optional>
 #include <string>
@@ -17,16 +17,16 @@ namespace patchwright::cli {
 struct LayoutOptions {
     std::string method = "auto";
     int target_faces = 0;   ///< 0: as curvature asks for
-    double fineness = 1.0;  ///< of a further try, as those below: see layout::CageOptions
-    std::vector<layout::CageOptions::Place> finer_at;
+    double fineness = 1.0;  ///< of a further try, as those below: see cage::CageOptions
+    std::vector<cage::CageOptions::Place> finer_at;
 };
 
 void add_layout_options(CLI::App& command, LayoutOptions& options);
 
 /// Makes a cage from the input; fills report.cage.
 /// @pre the input is prepared
-layout::CageResult make_cage(Run& run, const Input& input, const LayoutOptions& options,
-                             double tolerance_rel);
+cage::CageResult make_cage(Run& run, const Input& input, const LayoutOptions& options,
+                           double tolerance_rel);
 
 /// Of the tolerance, for caps at extraordinary vertices and for what lies between the fit's
 /// samples; the rest is for the fit.
@@ -46,13 +46,13 @@ struct FitCommandOptions {
 
 /// For a cage that was made: its form is no model for the fitted one's, and one that is no wing's
 /// is made anew where it is too coarse, instead of being refined again and again.
-FitCommandOptions for_made_cage(FitCommandOptions options, const layout::CageResult& made);
+FitCommandOptions for_made_cage(FitCommandOptions options, const cage::CageResult& made);
 
 void add_fit_options(CLI::App& command, FitCommandOptions& options);
 
 /// What parts of made cages are fitted to, and what came of it so far.
 struct PartFits {
-    std::vector<layout::ModelBody> bodies;
+    std::vector<cage::ModelBody> bodies;
     std::vector<fit::PartFit> known;
 };
 

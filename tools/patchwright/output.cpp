@@ -3,8 +3,8 @@
 #include "describe_patches.h"
 #include "input.h"
 
+#include <patchwright/measure/deviation.h>
 #include <patchwright/occ/assemble.h>
-#include <patchwright/occ/deviation.h>
 #include <patchwright/occ/inspect.h>
 #include <patchwright/patch/extract.h>
 
@@ -113,7 +113,7 @@ report::DeviationFigures::LongSharpCurves long_sharp_curves(const geom::ModelSur
     constexpr double long_in_tolerances = 100.0;
     report::DeviationFigures::LongSharpCurves result{
         .longer_than = long_in_tolerances * tolerance_mm, .tolerance = tolerance_mm};
-    for (const auto& c : occ::measure_sharp_curves(input, output, result.longer_than)) {
+    for (const auto& c : measure::measure_sharp_curves(input, output, result.longer_than)) {
         ++result.count;
         if (c.distance > tolerance_mm) result.missed.push_back({c.length, c.distance, c.at});
     }
@@ -126,7 +126,7 @@ report::DeviationFigures::LongSharpCurves long_sharp_curves(const geom::ModelSur
 
 void compare_models(Run& run, const geom::ModelSurface& output, const geom::ModelSurface& input,
                     int samples, std::optional<double> tolerance_mm, bool with_bound) {
-    const occ::DeviationMeasure measure{
+    const measure::DeviationMeasure measure{
         .samples = samples, .with_bound = with_bound, .progress = run.progress()};
     const auto kind = geom::FeatureKind::Sharp;
     const auto count = [&](const geom::ModelSurface& reference) {
@@ -135,21 +135,21 @@ void compare_models(Run& run, const geom::ModelSurface& output, const geom::Mode
                                               [&](const auto& c) { return c.kind == kind; }));
     };
     run.report.deviation = report::DeviationFigures{
-        .output_to_input = occ::measure_deviation(output, input, measure),
-        .input_to_output = occ::measure_deviation(input, output, measure),
+        .output_to_input = measure::measure_deviation(output, input, measure),
+        .input_to_output = measure::measure_deviation(input, output, measure),
         .sharp_curves_input = count(input),
         .sharp_curves_output = count(output),
-        .sharp_output_to_input = occ::measure_feature_deviation(output, input, kind),
-        .sharp_input_to_output = occ::measure_feature_deviation(input, output, kind)};
+        .sharp_output_to_input = measure::measure_feature_deviation(output, input, kind),
+        .sharp_input_to_output = measure::measure_feature_deviation(input, output, kind)};
     if (tolerance_mm)
         run.report.deviation->long_sharp = long_sharp_curves(output, input, *tolerance_mm);
 }
 
 void bound_deviation(Run& run, const geom::ModelSurface& output, const geom::ModelSurface& input) {
-    fit::Deviation& out = run.report.deviation->output_to_input;
-    fit::Deviation& back = run.report.deviation->input_to_output;
-    out.bound = occ::measure_bound(output, input, out.max, run.progress());
-    back.bound = occ::measure_bound(input, output, back.max, run.progress());
+    measure::Deviation& out = run.report.deviation->output_to_input;
+    measure::Deviation& back = run.report.deviation->input_to_output;
+    out.bound = measure::measure_bound(output, input, out.max, run.progress());
+    back.bound = measure::measure_bound(input, output, back.max, run.progress());
 }
 
 }  // namespace patchwright::cli

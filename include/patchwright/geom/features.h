@@ -7,6 +7,9 @@
 
 namespace patchwright::geom {
 
+/// Dihedral deviation from flat above which an edge of CAD faces is sharp: 20 degrees.
+inline constexpr double default_sharp_angle_rad = 0.349;
+
 enum class FeatureKind {
     Sharp,   ///< curve where two faces meet at an angle
     Free,    ///< curve where the surface ends

@@ -14,8 +14,9 @@ namespace patchwright::occ {
 struct SearchModel;  ///< defined in src/occ only
 
 struct ReferenceOptions {
-    double sharp_angle_rad = 0.349;  ///< dihedral deviation from flat above which an edge is sharp
-    double deflection_rel = 2e-4;    ///< triangulation deflection, fraction of the diagonal
+    /// Dihedral deviation from flat above which an edge is sharp.
+    double sharp_angle_rad = geom::default_sharp_angle_rad;
+    double deflection_rel = 2e-4;  ///< triangulation deflection, fraction of the diagonal
     /// How much farther (fraction of the diagonal) a point on the asked-for side may lie than the
     /// nearest one and still be preferred.
     double side_reach_rel = 2e-2;

@@ -2,10 +2,10 @@
 #pragma once
 
 #include <patchwright/base/units.h>
-#include <patchwright/fit/deviation.h>
-#include <patchwright/fit/fairness.h>
 #include <patchwright/fit/fit.h>
 #include <patchwright/grid/quality.h>
+#include <patchwright/measure/deviation_statistics.h>
+#include <patchwright/measure/fairness.h>
 #include <patchwright/mesh/cage.h>
 #include <patchwright/patch/continuity.h>
 #include <patchwright/patch/extract.h>
@@ -35,7 +35,7 @@ struct FitFigures {
     bool met = false;
     int best_level = 0;      ///< the one that was taken, from 0
     int symmetry_axis = -1;  ///< of the symmetry plane that was kept; -1: none
-    fit::Fairness before, after;
+    measure::Fairness before, after;
     std::vector<fit::FitLevel> levels;
 };
 
@@ -82,10 +82,10 @@ struct DetailFigures {
 };
 
 struct DeviationFigures {
-    fit::Deviation output_to_input, input_to_output;
+    measure::Deviation output_to_input, input_to_output;
     int sharp_curves_input = 0, sharp_curves_output = 0;
     /// Between the sharp feature curves; nothing when one side has none.
-    std::optional<fit::Deviation> sharp_output_to_input, sharp_input_to_output;
+    std::optional<measure::Deviation> sharp_output_to_input, sharp_input_to_output;
     /// The input's sharp curves longer than 100 times the tolerance, and those of them that are
     /// farther than it from edges of the output; nothing when there is no tolerance.
     struct MissedCurve {

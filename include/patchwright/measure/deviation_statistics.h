@@ -1,0 +1,50 @@
+// Statistics of distances between two shapes.
+#pragma once
+
+#include <patchwright/geom/types.h>
+
+#include <vector>
+
+namespace patchwright::measure {
+
+/// A sample far from the other shape.
+struct DeviationPlace {
+    geom::Vec3 point = geom::Vec3::Zero();
+    int face = -1;
+    double distance = 0.0;
+};
+
+/// Distances of sample points on one shape to the nearest point of another, in millimetres.
+struct Deviation {
+    double max = 0.0;
+    double rms = 0.0;
+    double p50 = 0.0;
+    double p95 = 0.0;
+    double p99 = 0.0;
+    /// No point of the sampled shape is farther, samples or not; 0: not measured.
+    double bound = 0.0;
+    geom::Vec3 at = geom::Vec3::Zero();  ///< where on the sampled shape the maximum lies
+    int face = -1;                       ///< the sampled shape's face there; -1: no samples
+    int samples = 0;
+    /// The largest distances at places that are some way apart, largest first; `at` is the first.
+    std::vector<DeviationPlace> worst;
+};
+
+struct DistanceSample {
+    geom::Vec3 point;
+    int face;
+    double distance;
+    double weight = 1.0;  ///< area or length that the sample stands for
+};
+
+struct DeviationOptions {
+    int places = 5;         ///< entries of Deviation::worst at most
+    double apart_mm = 0.0;  ///< least distance between them
+};
+
+/// Percentiles are the smallest distances that at least that share of the weight does not exceed;
+/// the mean square is weighted too.
+Deviation deviation_statistics(const std::vector<DistanceSample>& samples,
+                               const DeviationOptions& options = {});
+
+}  // namespace patchwright::measure

@@ -1,0 +1,272 @@
+#include "cage/blocks/brep_cage.h"
+
+#include "cage/blocks/arc_sizes.h"
+#include "cage/blocks/block_grid.h"
+#include "cage/blocks/brep_layout.h"
+#include "cage/blocks/divisions.h"
+#include "cage/remesh/mesh_part.h"
+#include "cage/remesh/remesh.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+namespace patchwright::cage {
+
+using geom::Vec3;
+
+namespace {
+
+std::size_t at(int i) { return std::size_t(i); }
+
+/// Triangles beside the sides of features.
+class FeatureSides {
+  public:
+    explicit FeatureSides(const occ::SurfaceMesh& mesh) : mesh_(mesh) {
+        for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+            for (std::size_t k = 0; k < 3; ++k)
+                triangles_[std::minmax(mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3])]
+                    .push_back(int(t));
+    }
+    [[nodiscard]] const std::vector<int>& beside(int a, int b) const {
+        return triangles_.at(std::minmax(a, b));
+    }
+    [[nodiscard]] const std::map<std::pair<int, int>, std::vector<int>>& all() const {
+        return triangles_;
+    }
+
+  private:
+    const occ::SurfaceMesh& mesh_;
+    std::map<std::pair<int, int>, std::vector<int>> triangles_;
+};
+
+Vec3 point_of(const occ::SurfaceMesh& mesh, int v) { return mesh.points.row(v).transpose(); }
+
+/// Whether the curvature across a side of a smooth feature is another one on the other side.
+bool curvature_jumps(const occ::SurfaceMesh& mesh, const FeatureSides& sides,
+                     const geom::ModelSurface& reference, const occ::FeatureSide& side) {
+    constexpr double step_rel = 2e-3, least_change = 0.5, least_bend = 1.0;
+    const double diagonal = reference.bounds().diagonal();
+    const Vec3 a = point_of(mesh, side.v0), b = point_of(mesh, side.v1);
+    const Vec3 middle = 0.5 * (a + b), along = (b - a).normalized();
+    std::vector<double> across;
+    for (const int t : sides.beside(side.v0, side.v1)) {
+        const auto& c = mesh.triangles[at(t)];
+        const Vec3 p = point_of(mesh, c[0]), q = point_of(mesh, c[1]), r = point_of(mesh, c[2]);
+        const Vec3 inward = (p + q + r) / 3.0 - middle;
+        const double step = std::min(1.0, step_rel * diagonal / std::max(inward.norm(), 1e-300));
+        const Vec3 normal = (q - p).cross(r - p).normalized();
+        if (!normal.allFinite()) return false;
+        const auto bend = reference.curvature(reference.foot_point(middle + step * inward, normal));
+        if (!bend) return false;
+        double sum = 0.0;
+        for (std::size_t j = 0; j < 2; ++j) {
+            const double cosine = bend->direction[j].dot(along);
+            sum += bend->value[j] * (1.0 - cosine * cosine);
+        }
+        across.push_back(sum);
+    }
+    if (across.size() != 2) return false;
+    const double most = std::max(std::abs(across[0]), std::abs(across[1]));
+    return most * diagonal > least_bend && std::abs(across[0] - across[1]) > least_change * most;
+}
+
+/// Adds smooth curves where the curvature jumps.
+void keep_jumps(const occ::SurfaceMesh& mesh, const FeatureSides& sides,
+                const geom::ModelSurface& reference, std::vector<char>& kept) {
+    std::vector<int> jumps(kept.size(), 0), total(kept.size(), 0);
+    for (const occ::FeatureSide& side : mesh.features) {
+        if (kept[at(side.curve)] != 0) continue;
+        const auto& beside = sides.beside(side.v0, side.v1);
+        ++total[at(side.curve)];
+        if (beside.size() != 2 || mesh.faces[at(beside[0])] == mesh.faces[at(beside[1])]) continue;
+        if (curvature_jumps(mesh, sides, reference, side)) ++jumps[at(side.curve)];
+    }
+    for (std::size_t i = 0; i < kept.size(); ++i)
+        if (2 * jumps[i] > total[i]) kept[i] = 1;
+}
+
+/// Regions with handles, as tori are, keep the seams of their faces.
+void keep_seams(const occ::SurfaceMesh& mesh, const FeatureSides& sides, std::vector<char>& kept) {
+    std::set<std::pair<int, int>> walls;
+    for (const occ::FeatureSide& f : mesh.features)
+        if (kept[at(f.curve)] != 0) walls.insert({f.v0, f.v1});
+    std::vector<int> region(mesh.triangles.size(), -1);
+    for (std::size_t seed = 0; seed < region.size(); ++seed) {
+        if (region[seed] >= 0) continue;
+        std::vector<int> pending{int(seed)};
+        region[seed] = int(seed);
+        std::set<int> vertices;
+        std::set<std::pair<int, int>> edges;
+        std::map<int, std::vector<int>> border;
+        for (std::size_t i = 0; i < pending.size(); ++i) {
+            const auto& c = mesh.triangles[at(pending[i])];
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::pair<int, int> edge = std::minmax(c[k], c[(k + 1) % 3]);
+                vertices.insert(c[k]);
+                edges.insert(edge);
+                const auto& beside = sides.beside(edge.first, edge.second);
+                if (walls.contains(edge) || beside.size() != 2) {
+                    border[edge.first].push_back(edge.second);
+                    border[edge.second].push_back(edge.first);
+                    continue;
+                }
+                for (const int t : beside) {
+                    if (region[at(t)] >= 0) continue;
+                    region[at(t)] = int(seed);
+                    pending.push_back(t);
+                }
+            }
+        }
+        int borders = 0;
+        std::set<int> seen;
+        for (const auto& [start, others] : border) {
+            if (!seen.insert(start).second) continue;
+            ++borders;
+            std::vector<int> line{start};
+            for (std::size_t i = 0; i < line.size(); ++i)
+                for (const int w : border[line[i]])
+                    if (seen.insert(w).second) line.push_back(w);
+        }
+        const int euler = int(vertices.size()) - int(edges.size()) + int(pending.size());
+        if (euler + borders == 2) continue;
+        for (const occ::FeatureSide& f : mesh.features)
+            if (edges.contains({f.v0, f.v1})) kept[at(f.curve)] = 1;
+    }
+}
+
+/// Gives features that are one side long some vertices.
+void divide_short_features(TriMesh& mesh, const geom::ModelSurface& reference) {
+    constexpr int halvings = 2;
+    for (int round = 0; round < halvings; ++round) {
+        std::vector<std::array<int, 3>> sides;
+        for (int t = 0; t < mesh.triangle_count(); ++t) {
+            if (!mesh.alive(t)) continue;
+            for (int k = 0; k < 3; ++k) {
+                const auto& c = mesh.triangle(t);
+                const int a = c[at(k)], b = c[at((k + 1) % 3)];
+                const int curve = mesh.curve(t, k);
+                if (curve < 0) continue;
+                const auto& s = mesh.sides(a, b);
+                if (s.triangle[1] >= 0 && a > b) continue;
+                const bool end =
+                    mesh.kind(a) == VertexKind::Fixed || mesh.kind(b) == VertexKind::Fixed;
+                if (end) sides.push_back({a, b, curve});
+            }
+        }
+        for (const auto& [a, b, curve] : sides) {
+            const Vec3 middle = 0.5 * (mesh.point(a) + mesh.point(b));
+            mesh.split(a, b, reference.nearest_on_curve(curve, middle).point);
+        }
+    }
+}
+
+// Triangles are this much shorter than those that become quads by themselves.
+constexpr double triangle_scale = 0.5, longest_triangle_rel = 0.06;
+
+/// How far points between the corners of quads are from the model, of the roots of their areas.
+double worst_sag(const Blocks& blocks, const geom::ModelSurface& reference) {
+    double worst = 0.0;
+    for (const auto& face : blocks.faces) {
+        std::array<Vec3, 4> p;
+        for (std::size_t k = 0; k < 4; ++k) p[k] = blocks.points[at(face[k])];
+        const Vec3 area = 0.5 * (p[2] - p[0]).cross(p[3] - p[1]);
+        for (const auto& [u, v] :
+             {std::pair{0.5, 0.5}, {0.25, 0.25}, {0.75, 0.25}, {0.75, 0.75}, {0.25, 0.75}}) {
+            const Vec3 q =
+                (1 - u) * (1 - v) * p[0] + u * (1 - v) * p[1] + u * v * p[2] + (1 - u) * v * p[3];
+            worst = std::max(worst, reference.foot_point(q, area.normalized()).distance /
+                                        std::sqrt(area.norm()));
+        }
+    }
+    return worst;
+}
+
+/// @throw LayoutRefused
+BlockLayout layout_of(const Body& body, const std::vector<char>& borders, double tolerance_rel,
+                      const geom::ModelSurface& reference, const CageOptions& options) {
+    TriMesh mesh(part_of(body, borders));
+    RemeshOptions remeshing;
+    remeshing.size.tolerance_rel = tolerance_rel;
+    remeshing.size.largest_rel = longest_triangle_rel / triangle_scale;
+    remeshing.size.scale = triangle_scale;
+    remeshing.progress = options.progress;
+    remesh(mesh, reference, remeshing);
+    divide_short_features(mesh, reference);
+    return brep_layout(mesh, reference);
+}
+
+/// @throw LayoutRefused
+Blocks blocks_of(BlockLayout& layout, ArcSizes sizes, const geom::ModelSurface& reference,
+                 const std::vector<std::string>& face_names) {
+    // What sticks out of the middle of a block is seen by no line along it, unless there are many;
+    // what folds when it is coarse may not when it is finer.
+    constexpr double most_sag = 0.3, finer = 0.7;
+    constexpr int most_rounds = 4, most_refused = 2;
+    constexpr std::size_t many = 1000;
+    std::optional<Blocks> last;
+    for (int round = 0;; ++round, sizes.scale *= finer) {
+        set_wanted(layout, reference, sizes);
+        try {
+            last = block_grid(layout, divide_arcs(layout), reference, face_names);
+        } catch (const LayoutRefused&) {
+            if (last) break;
+            if (round == most_refused) throw;
+            continue;
+        }
+        if (round == most_rounds || last->faces.size() > many ||
+            worst_sag(*last, reference) < most_sag)
+            break;
+    }
+    return std::move(*last);
+}
+
+}  // namespace
+
+std::vector<char> block_borders(const occ::SurfaceMesh& surface,
+                                const geom::ModelSurface& reference,
+                                const std::vector<char>& kept) {
+    const FeatureSides sides(surface);
+    std::vector<char> borders = kept;
+    keep_jumps(surface, sides, reference, borders);
+    keep_seams(surface, sides, borders);
+    return borders;
+}
+
+BodyBlocks brep_blocks(const Body& body, const std::vector<char>& borders,
+                       const geom::ModelSurface& reference,
+                       const std::vector<std::string>& face_names, const CageOptions& options,
+                       double scale) {
+    // Where coarse quads fold, as for a loose tolerance, finer ones may not, and the other way
+    // round.
+    constexpr double fine_rel = 1e-4, loose_rel = 1e-3;
+    BodyBlocks result;
+    bool for_good = false;
+    const auto attempt = [&](double of_triangles, const std::vector<double>& of_edges) {
+        std::optional<BlockLayout> layout;
+        for (const double tolerance_rel : of_edges) {
+            try {
+                if (!layout) layout = layout_of(body, borders, of_triangles, reference, options);
+                const ArcSizes sizes{
+                    .tolerance_rel = tolerance_rel, .fineness = options.fineness, .scale = scale};
+                result.blocks = blocks_of(*layout, sizes, reference, face_names);
+                return true;
+            } catch (const LayoutRefused& refusal) {
+                if (result.refused.empty()) result.refused = refusal.why;
+                for_good = refusal.for_good;
+                if (!layout) return false;
+            }
+        }
+        return false;
+    };
+    std::vector<double> of_edges{options.tolerance_rel};
+    if (options.tolerance_rel < loose_rel) of_edges.push_back(loose_rel);
+    if (attempt(options.tolerance_rel, of_edges) ||
+        (options.tolerance_rel > fine_rel && !for_good && attempt(fine_rel, {fine_rel})))
+        result.refused.clear();
+    return result;
+}
+
+}  // namespace patchwright::cage

@@ -1,0 +1,15 @@
+// Four-sided blocks from the faces of a model.
+#pragma once
+
+#include "cage/blocks/block_layout.h"
+#include "cage/blocks/piece_mesh.h"
+
+namespace patchwright::cage {
+
+/// Cuts what the features of a mesh bound into discs with four corners, or three, five, two or
+/// none, which then are parted into blocks.
+/// @param mesh  even triangles, finer than the blocks are to be; changed
+/// @throw LayoutRefused
+BlockLayout brep_layout(TriMesh& mesh, const geom::ModelSurface& reference);
+
+}  // namespace patchwright::cage

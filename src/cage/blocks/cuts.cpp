@@ -1,0 +1,398 @@
+#include "cage/blocks/cuts.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <queue>
+
+namespace patchwright::cage {
+
+using geom::Vec3;
+
+namespace {
+
+std::size_t at(int i) { return std::size_t(i); }
+
+// How far a side may bend inward (by itself, in triangles and so on; against the opposite one in
+// blocks) before it needs a line from its middle, radians.
+constexpr double most_inward = 1.95;
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// A side of a disc, from corner to corner.
+struct SideOf {
+    int first = 0, count = 0;  ///< border points; the first one is the corner
+    double turn = 0.0;         ///< to the left, radians, without the corners
+};
+
+std::vector<SideOf> sides_of(const Border& border) {
+    std::vector<SideOf> sides;
+    const int n = int(border.size());
+    const int start = first_corner(border);
+    if (start < 0) {
+        SideOf whole{0, n, 0.0};
+        for (const BorderPoint& p : border) whole.turn += M_PI - p.angle;
+        return {whole};
+    }
+    for (int k = 0; k < n; ++k) {
+        const int i = (start + k) % n;
+        if (border[at(i)].faces == 1) sides.push_back({i, 0, 0.0});
+        SideOf& side = sides.back();
+        if (side.count++ > 0) side.turn += M_PI - border[at(i)].angle;
+    }
+    return sides;
+}
+
+int corner_count(const Border& border) {
+    return int(std::count_if(border.begin(), border.end(),
+                             [](const BorderPoint& p) { return p.faces == 1; }));
+}
+
+bool has_reflex(const Piece& piece) {
+    for (const Border& border : piece.borders)
+        for (const BorderPoint& p : border)
+            if (p.faces > 2) return true;
+    return false;
+}
+
+/// The side that needs a line from its middle; nothing when none does.
+std::optional<SideOf> hollow_side(const Border& border) {
+    const auto sides = sides_of(border);
+    std::optional<SideOf> worst;
+    double least = -most_inward;
+    for (std::size_t k = 0; k < sides.size(); ++k) {
+        const double against = sides.size() == 4 ? sides[(k + 2) % 4].turn : 0.0;
+        const double turn = sides[k].turn + against;
+        if (turn < least && sides[k].turn < 0.0) {
+            least = turn;
+            worst = sides[k];
+        }
+    }
+    return worst;
+}
+
+/// Directions along the border at each point.
+class Directions {
+  public:
+    Directions(const Piece& piece, const TriMesh& mesh) : piece_(piece), mesh_(mesh) {}
+
+    /// Share of the angle at border point i, from the way onward to the way d, 0 to 1.
+    [[nodiscard]] double share(int i, const Vec3& d) const {
+        const Vec3 onward = way(i, 1), back = way(i, -1);
+        const double right = angle(onward, d), left = angle(back, d);
+        return right + left > 0.0 ? right / (right + left) : 0.5;
+    }
+
+  private:
+    static double angle(const Vec3& a, const Vec3& b) {
+        return std::atan2(a.cross(b).norm(), a.dot(b));
+    }
+    [[nodiscard]] Vec3 way(int i, int step) const {
+        int first = 0;
+        std::size_t border = 0;
+        while (i - first >= int(piece_.borders[border].size()))
+            first += int(piece_.borders[border++].size());
+        const Border& b = piece_.borders[border];
+        const int n = int(b.size());
+        const int other = ((i - first + step) % n + n) % n;
+        return mesh_.point(b[at(other)].vertex) - mesh_.point(b[at(i - first)].vertex);
+    }
+
+    const Piece& piece_;
+    const TriMesh& mesh_;
+};
+
+struct Search {
+    std::vector<double> length;
+    std::vector<int> from;
+};
+
+/// Shortest ways from a border point through the inside.
+Search ways_from(const Piece& piece, int source) {
+    Search s;
+    s.length.assign(piece.vertices.size(), infinity);
+    s.from.assign(piece.vertices.size(), -1);
+    s.length[at(source)] = 0.0;
+    const int border = piece.border_count();
+    using Item = std::pair<double, int>;
+    std::priority_queue<Item, std::vector<Item>, std::greater<>> queue;
+    queue.emplace(0.0, source);
+    while (!queue.empty()) {
+        const auto [length, i] = queue.top();
+        queue.pop();
+        if (length > s.length[at(i)] || (i < border && i != source)) continue;
+        for (const auto& [j, step] : piece.neighbours[at(i)]) {
+            if (length + step >= s.length[at(j)]) continue;
+            s.length[at(j)] = length + step;
+            s.from[at(j)] = i;
+            queue.emplace(length + step, j);
+        }
+    }
+    return s;
+}
+
+PiecePath path_to(const Search& search, int target) {
+    PiecePath path;
+    for (int i = target; i >= 0; i = search.from[at(i)]) path.push_back(i);
+    std::reverse(path.begin(), path.end());
+    return path;
+}
+
+/// How a way that leaves border point p at this share of its angle parts it, and what is lost by
+/// it.
+struct End {
+    Parting parting;
+    double cost = 0.0;
+};
+
+End end_at(const BorderPoint& p, double share) {
+    constexpr double width = 0.6, at_corner = 2.0, from_reflex = -1.0;
+    End end;
+    end.parting.angle = share * p.angle;
+    if (p.faces == 1) {
+        end.cost = at_corner + std::pow((share - 0.5) * p.angle / width, 2.0);
+        return end;
+    }
+    int faces = std::clamp(int(std::lround(share * p.faces)), 1, p.faces - 1);
+    end.parting.faces = faces;
+    end.parting.faces_after = p.faces - faces;
+    end.cost = std::pow((share - double(faces) / p.faces) * p.angle / width, 2.0);
+    if (p.faces > 2) end.cost += from_reflex;
+    return end;
+}
+
+/// Sum of (2 - faces) along a border from point i to before point j.
+int turns_between(const Border& border, int i, int j) {
+    int sum = 0;
+    const int n = int(border.size());
+    for (int k = i; k != j; k = (k + 1) % n) sum += 2 - border[at(k)].faces;
+    return sum;
+}
+
+class CutSearch {
+  public:
+    CutSearch(const Piece& piece, const PieceMesh& mesh)
+        : piece_(piece),
+          mesh_(mesh),
+          directions_(piece, mesh.mesh()),
+          scale_(std::sqrt(std::max(piece.area, 1e-300))) {
+        measure_to_nodes();
+    }
+
+    Cut best() {
+        double least = infinity;
+        std::optional<Cut> best;
+        for (const int source : sources()) {
+            const Search search = ways_from(piece_, source);
+            for (int target = 0; target < piece_.border_count(); ++target) {
+                if (target == source || !allowed(source, target)) continue;
+                const double length = search.length[at(target)];
+                if (!(length < infinity)) continue;
+                const auto candidate = judge(search, source, target, least);
+                if (candidate) best = candidate;
+            }
+        }
+        if (!best) throw LayoutRefused{fmt::format("no cut was found through {}", describe())};
+        return std::move(*best);
+    }
+
+  private:
+    [[nodiscard]] std::string describe() const {
+        int corners = 0;
+        for (const Border& b : piece_.borders) corners += corner_count(b);
+        const int v = piece_.vertices.empty() ? 0 : piece_.vertices[0];
+        const Vec3 p = mesh_.mesh().point(v);
+        return fmt::format("a face with {} borders and {} corners near ({:.4g}, {:.4g}, {:.4g})",
+                           piece_.borders.size(), corners, p.x(), p.y(), p.z());
+    }
+
+    /// Along the border to the next node.
+    void measure_to_nodes() {
+        for (const Border& border : piece_.borders) {
+            const int n = int(border.size());
+            std::vector<double> distance(border.size(), infinity);
+            for (int i = 0; i < n; ++i)
+                if (border[at(i)].node) distance[at(i)] = 0.0;
+            const auto relax = [&](int i, int j) {
+                const double step = (mesh_.mesh().point(border[at(i)].vertex) -
+                                     mesh_.mesh().point(border[at(j)].vertex))
+                                        .norm();
+                distance[at(j)] = std::min(distance[at(j)], distance[at(i)] + step);
+            };
+            for (int k = 0; k < 2 * n; ++k) relax(k % n, (k + 1) % n);
+            for (int k = 2 * n; k > 0; --k) relax(k % n, (k + n - 1) % n);
+            to_node_.insert(to_node_.end(), distance.begin(), distance.end());
+        }
+    }
+
+    /// Every how many points one is looked at, and numbers of border points.
+    [[nodiscard]] std::vector<int> sources() {
+        constexpr int most = 32;
+        std::vector<int> result;
+        int base = 0;
+        for (const Border& border : piece_.borders) {
+            for (std::size_t i = 0; i < border.size(); ++i)
+                if (border[i].faces > 2) result.push_back(base + int(i));
+            base += int(border.size());
+        }
+        if (!result.empty()) return result;
+        if (piece_.borders.size() > 1) {
+            base = 0;
+            const int outer = longest_border();
+            for (std::size_t b = 0; b < piece_.borders.size(); ++b) {
+                const int n = int(piece_.borders[b].size());
+                for (int i = 0; i < n && int(b) != outer; ++i)
+                    if (piece_.borders[b][at(i)].faces > 1 &&
+                        (piece_.borders[b][at(i)].node || i % (1 + n / most) == 0))
+                        result.push_back(base + i);
+                base += n;
+            }
+            return result;
+        }
+        const Border& border = piece_.borders[0];
+        const int n = int(border.size());
+        if (const auto side = hollow_side(border)) {
+            // Not near its ends: it would still bend too much.
+            constexpr double from_end = 0.25;
+            double turn = 0.0;
+            for (int k = 1; k < side->count; ++k) {
+                const int i = (side->first + k) % n;
+                turn += M_PI - border[at(i)].angle;
+                const double share = turn / side->turn;
+                if (share > from_end && share < 1.0 - from_end) result.push_back(i);
+            }
+            if (!result.empty()) return result;
+        }
+        for (int i = 0; i < n; ++i)
+            if (border[at(i)].faces == 2 && (border[at(i)].node || i % (1 + n / most) == 0))
+                result.push_back(i);
+        return result;
+    }
+
+    [[nodiscard]] int longest_border() const {
+        int longest = 0;
+        double most = -1.0;
+        for (std::size_t b = 0; b < piece_.borders.size(); ++b) {
+            double length = 0.0;
+            for (const BorderPoint& p : piece_.borders[b])
+                length += (mesh_.mesh().point(p.vertex) - mesh_.mesh().point(p.next)).norm();
+            if (length > most) {
+                most = length;
+                longest = int(b);
+            }
+        }
+        return longest;
+    }
+
+    [[nodiscard]] bool allowed(int source, int target) const {
+        const bool one_border = piece_.border_of(source) == piece_.border_of(target);
+        if (!one_border) return true;
+        if (piece_.borders.size() > 1 && piece_.border_point(source).faces <= 2) return false;
+        // Points of one side would leave a piece without corners.
+        int first = 0;
+        for (int b = 0; b < piece_.border_of(source); ++b)
+            first += int(piece_.borders[at(b)].size());
+        const Border& border = piece_.borders[at(piece_.border_of(source))];
+        const int n = int(border.size()), i = source - first, j = target - first;
+        const auto corners = [&](int a, int b) {
+            int count = 0;
+            for (int k = (a + 1) % n; k != b; k = (k + 1) % n)
+                count += border[at(k)].faces != 2 ? 1 : 0;
+            return count;
+        };
+        const bool reflex = piece_.border_point(source).faces > 2;
+        return reflex ? std::min(std::abs(i - j), n - std::abs(i - j)) > n / 8
+                      : corners(i, j) > 0 && corners(j, i) > 0;
+    }
+
+    [[nodiscard]] double near_node(int point, double length) const {
+        constexpr double reach = 0.3, penalty = 0.8;
+        const double d = to_node_[at(point)];
+        if (d <= 0.0 || !(d < reach * length)) return 0.0;
+        return penalty * (1.0 - d / (reach * length));
+    }
+
+    /// What is far from four corners on both sides of a cut through a disc.
+    [[nodiscard]] double corner_cost(int source, int target, const End& start,
+                                     const End& end) const {
+        constexpr double weight = 0.25;
+        if (piece_.borders.size() != 1) return 0.0;
+        const Border& border = piece_.borders[0];
+        const int n = int(border.size());
+        // The side after the source and before the target, then the other one.
+        const int one = turns_between(border, (source + 1) % n, target) + 4 - start.parting.faces -
+                        end.parting.faces_after;
+        const int other = turns_between(border, (target + 1) % n, source) + 4 -
+                          start.parting.faces_after - end.parting.faces;
+        return weight * ((one - 4) * (one - 4) + (other - 4) * (other - 4));
+    }
+
+    std::optional<Cut> judge(const Search& search, int source, int target, double& least) const {
+        constexpr double by_length = 0.7, probe = 0.35, other_border = -0.5, has_node = -0.15;
+        const double length = search.length[at(target)];
+        double cost = by_length * length / scale_;
+        if (cost - 3.0 > least) return std::nullopt;
+        cost += near_node(source, length) + near_node(target, length);
+        for (const int i : {source, target})
+            if (to_node_[at(i)] <= 0.0) cost += has_node;
+        if (piece_.border_of(source) != piece_.border_of(target)) cost += other_border;
+        PiecePath path = path_to(search, target);
+        // Ways go by edges: their direction is that of a longer piece.
+        const auto point = [&](double share) {
+            Vec3 p = mesh_.mesh().point(piece_.vertices[at(path.front())]);
+            for (std::size_t k = 1; k < path.size(); ++k) {
+                const double l0 = search.length[at(path[k - 1])], l1 = search.length[at(path[k])];
+                const Vec3 next = mesh_.mesh().point(piece_.vertices[at(path[k])]);
+                if (l1 >= share * length)
+                    return Vec3(p + (next - p) * ((share * length - l0) / (l1 - l0)));
+                p = next;
+            }
+            return p;
+        };
+        const Vec3 from_start = point(probe) - point(0.0),
+                   from_end = point(1.0 - probe) - point(1.0);
+        const End start =
+            end_at(piece_.border_point(source), directions_.share(source, from_start));
+        const End end = end_at(piece_.border_point(target), directions_.share(target, from_end));
+        cost += start.cost + end.cost + corner_cost(source, target, start, end);
+        if (cost >= least) return std::nullopt;
+        least = cost;
+        return Cut{std::move(path), start.parting, end.parting};
+    }
+
+    const Piece& piece_;
+    const PieceMesh& mesh_;
+    Directions directions_;
+    double scale_;
+    std::vector<double> to_node_;
+};
+
+}  // namespace
+
+std::optional<PieceForm> form_of(const Piece& piece) {
+    const int genus_and_borders = 2 - int(piece.borders.size()) - piece.euler;
+    if (piece.has_apex) throw LayoutRefused{"a cone's tip is inside a face", true};
+    if (genus_and_borders != 0)
+        throw LayoutRefused{fmt::format("a face has a handle ({} borders, Euler number {})",
+                                        piece.borders.size(), piece.euler),
+                            true};
+    if (piece.borders.empty()) return PieceForm::Sphere;
+    if (piece.borders.size() > 1 || has_reflex(piece)) return std::nullopt;
+    const Border& border = piece.borders[0];
+    if (corner_count(border) > 1 && hollow_side(border)) return std::nullopt;
+    switch (corner_count(border)) {
+        case 0: return PieceForm::Disc;
+        case 1: return PieceForm::Drop;
+        case 2: return PieceForm::Lens;
+        case 3:
+        case 5: return PieceForm::Polygon;
+        case 4: return PieceForm::Block;
+        default: return std::nullopt;
+    }
+}
+
+Cut best_cut(const Piece& piece, const PieceMesh& mesh) { return CutSearch(piece, mesh).best(); }
+
+}  // namespace patchwright::cage

@@ -1,0 +1,36 @@
+// Which way a piece of a model is best cut on its way to four-sided ones.
+#pragma once
+
+#include "cage/blocks/block_layout.h"
+#include "cage/blocks/piece_mesh.h"
+
+#include <optional>
+
+namespace patchwright::cage {
+
+/// What a piece can become without another cut.
+enum class PieceForm {
+    Block,    ///< a disc with four corners
+    Polygon,  ///< a disc with three or five corners: as many blocks around a point
+    Lens,     ///< a disc with two corners
+    Drop,     ///< with one
+    Disc,     ///< with none
+    Sphere    ///< closed
+};
+
+/// Nothing where a cut is needed.
+/// @throw LayoutRefused when no cut can help
+std::optional<PieceForm> form_of(const Piece& piece);
+
+/// A cut to make.
+struct Cut {
+    PiecePath path;
+    Parting start, end;
+};
+
+/// The cut that leaves the squarest pieces: it meets borders at right angles or goes on from
+/// corners that need more than one quad, is short, and shares out corners.
+/// @throw LayoutRefused when there is none
+Cut best_cut(const Piece& piece, const PieceMesh& mesh);
+
+}  // namespace patchwright::cage

@@ -1,0 +1,401 @@
+#include "cage/blocks/piece_mesh.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace patchwright::cage {
+
+using geom::Vec3;
+
+namespace {
+
+std::size_t at(int i) { return std::size_t(i); }
+
+int corner_of(const TriMesh& mesh, int t, int v) {
+    const auto& c = mesh.triangle(t);
+    return c[0] == v ? 0 : c[1] == v ? 1 : 2;
+}
+
+double angle_at(const TriMesh& mesh, int t, int k) {
+    const auto& c = mesh.triangle(t);
+    const Vec3 p = mesh.point(c[at(k)]);
+    const Vec3 a = mesh.point(c[at((k + 1) % 3)]) - p, b = mesh.point(c[at((k + 2) % 3)]) - p;
+    return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+/// Where the angle of a border asks for one face, two, three or four.
+int faces_for(double angle) { return std::clamp(int(std::lround(angle / (0.5 * M_PI))), 1, 4); }
+
+}  // namespace
+
+int first_corner(const Border& border) {
+    const auto corner = std::find_if(border.begin(), border.end(),
+                                     [](const BorderPoint& p) { return p.faces == 1; });
+    return corner == border.end() ? -1 : int(corner - border.begin());
+}
+
+int Piece::border_count() const {
+    int count = 0;
+    for (const Border& b : borders) count += int(b.size());
+    return count;
+}
+
+const BorderPoint& Piece::border_point(int i) const {
+    std::size_t border = 0;
+    while (i >= int(borders[border].size())) i -= int(borders[border++].size());
+    return borders[border][at(i)];
+}
+
+int Piece::border_of(int i) const {
+    std::size_t border = 0;
+    while (i >= int(borders[border].size())) i -= int(borders[border++].size());
+    return int(border);
+}
+
+PieceMesh::PieceMesh(TriMesh& mesh, const geom::ModelSurface& reference)
+    : mesh_(mesh), reference_(reference) {
+    for (int t = 0; t < mesh_.triangle_count(); ++t) {
+        if (!mesh_.alive(t)) continue;
+        for (int k = 0; k < 3; ++k) {
+            const auto& c = mesh_.triangle(t);
+            const int a = c[at(k)], b = c[at((k + 1) % 3)];
+            if (mesh_.curve(t, k) >= 0 || mesh_.sides(a, b).triangle[1] < 0)
+                walls_.insert(std::minmax(a, b));
+        }
+    }
+    node_.assign(at(mesh_.vertex_count()), 0);
+    find_nodes();
+    natural_ = node_;
+    widen_corners();
+}
+
+/// Ends and junctions of walls, and places where one bends.
+void PieceMesh::find_nodes() {
+    constexpr double step_rel = 1e-4, kink_cosine = 0.75;
+    std::map<int, std::vector<int>> next;
+    for (const auto& [a, b] : walls_) {
+        next[a].push_back(b);
+        next[b].push_back(a);
+    }
+    const double step = step_rel * reference_.bounds().diagonal();
+    for (const auto& [v, others] : next) {
+        bool node = others.size() != 2 || mesh_.corner(v) >= 0;
+        if (!node) {
+            std::array<Vec3, 2> ways;
+            std::array<int, 2> curves{-1, -1};
+            for (std::size_t i = 0; i < 2; ++i) {
+                const EdgeSides s = mesh_.sides(v, others[i]);
+                const int curve = mesh_.curve(s.triangle[0], s.side[0]);
+                ways[i] = (mesh_.point(others[i]) - mesh_.point(v)).normalized();
+                curves[i] = curve;
+                if (curve < 0) continue;
+                const Vec3 near = mesh_.point(v) + step * ways[i];
+                const geom::FeaturePoint p = reference_.nearest_on_curve(curve, near);
+                ways[i] = p.tangent.dot(ways[i]) < 0.0 ? Vec3(-p.tangent) : p.tangent;
+            }
+            node = curves[0] != curves[1] || -ways[0].dot(ways[1]) < kink_cosine;
+        }
+        if (node) node_[at(v)] = 1;
+    }
+}
+
+double PieceMesh::angle_from(int v, int next) const {
+    const EdgeSides first = mesh_.sides(v, next);
+    int t = -1, k = -1;
+    for (std::size_t i = 0; i < 2 && t < 0; ++i) {
+        if (first.triangle[i] < 0) continue;
+        const int corner = corner_of(mesh_, first.triangle[i], v);
+        if (mesh_.triangle(first.triangle[i])[at((corner + 1) % 3)] != next) continue;
+        t = first.triangle[i];
+        k = corner;
+    }
+    double angle = 0.0;
+    while (t >= 0) {
+        angle += angle_at(mesh_, t, k);
+        const int other = mesh_.triangle(t)[at((k + 2) % 3)];
+        if (is_wall(v, other)) break;
+        const EdgeSides s = mesh_.sides(v, other);
+        t = s.triangle[0] == t ? s.triangle[1] : s.triangle[0];
+        if (t >= 0) k = corner_of(mesh_, t, v);
+    }
+    return angle;
+}
+
+/// Where two pieces meet with a corner of each, as the two sides of a plate do, one of them gets
+/// two quads there: an inner vertex needs three.
+void PieceMesh::widen_corners() {
+    std::vector<int> piece_of(at(mesh_.triangle_count()), -1);
+    for (const int seed : seeds())
+        for (const int t : triangles_from(seed)) piece_of[at(t)] = seed;
+    for (int v = 0; v < int(natural_.size()); ++v) {
+        if (natural_[at(v)] == 0 || mesh_.is_boundary(v)) continue;
+        int walls = 0, chosen = -1, lowest = -1;
+        bool narrow = true;
+        for (const int w : mesh_.neighbours(v)) {
+            if (!is_wall(v, w)) continue;
+            ++walls;
+            narrow = narrow && faces_for(angle_from(v, w)) == 1;
+            const EdgeSides s = mesh_.sides(v, w);
+            for (const int t : s.triangle) {
+                const int k = corner_of(mesh_, t, v);
+                const bool starts = mesh_.triangle(t)[at((k + 1) % 3)] == w;
+                if (!starts || (lowest >= 0 && piece_of[at(t)] > lowest)) continue;
+                lowest = piece_of[at(t)];
+                chosen = w;
+            }
+        }
+        if (walls == 2 && narrow) sectors_[{v, chosen}] = {angle_from(v, chosen), 2};
+    }
+}
+
+std::vector<int> PieceMesh::triangles_from(int triangle) const {
+    std::vector<int> result{triangle};
+    std::set<int> seen{triangle};
+    for (std::size_t i = 0; i < result.size(); ++i) {
+        const auto& c = mesh_.triangle(result[i]);
+        for (int k = 0; k < 3; ++k) {
+            const int a = c[at(k)], b = c[at((k + 1) % 3)];
+            if (walls_.contains(std::minmax(a, b))) continue;
+            for (const int t : mesh_.sides(a, b).triangle)
+                if (t >= 0 && seen.insert(t).second) result.push_back(t);
+        }
+    }
+    std::sort(result.begin(), result.end());
+    return result;
+}
+
+std::vector<int> PieceMesh::seeds() const {
+    std::vector<char> seen(at(mesh_.triangle_count()), 0);
+    std::vector<int> result;
+    for (int t = 0; t < mesh_.triangle_count(); ++t) {
+        if (!mesh_.alive(t) || seen[at(t)] != 0) continue;
+        result.push_back(t);
+        for (const int other : triangles_from(t)) seen[at(other)] = 1;
+    }
+    return result;
+}
+
+void PieceMesh::split_bridges(const std::vector<int>& triangles) {
+    std::set<int> on_wall;
+    for (const int t : triangles) {
+        const auto& c = mesh_.triangle(t);
+        for (int k = 0; k < 3; ++k) {
+            const int a = c[at(k)], b = c[at((k + 1) % 3)];
+            if (walls_.contains(std::minmax(a, b))) on_wall.insert({a, b});
+        }
+    }
+    // A vertex can be on a wall of this piece with a triangle that has no wall itself.
+    std::set<std::pair<int, int>> bridges;
+    for (const int t : triangles) {
+        const auto& c = mesh_.triangle(t);
+        for (int k = 0; k < 3; ++k) {
+            const int a = c[at(k)], b = c[at((k + 1) % 3)];
+            if (on_wall.contains(a) && on_wall.contains(b) && !walls_.contains(std::minmax(a, b)))
+                bridges.insert(std::minmax(a, b));
+        }
+    }
+    for (const auto& [a, b] : bridges) {
+        const EdgeSides s = mesh_.sides(a, b);
+        const Vec3 middle = 0.5 * (mesh_.point(a) + mesh_.point(b));
+        const Vec3 normal =
+            (mesh_.area_vector(s.triangle[0]) + mesh_.area_vector(s.triangle[1])).normalized();
+        const geom::FootPoint foot = normal.allFinite() ? reference_.foot_point(middle, normal)
+                                                        : reference_.foot_point(middle);
+        const bool near = foot.distance < 0.3 * (mesh_.point(a) - mesh_.point(b)).norm();
+        mesh_.split(a, b, near ? foot.point : middle);
+        node_.push_back(0);
+        natural_.push_back(0);
+    }
+}
+
+/// Goes round the border that side k of triangle t is part of.
+void PieceMesh::walk_border(Piece& piece, const std::map<int, int>& local, int t, int k,
+                            std::vector<std::array<int, 3>>& points,
+                            std::set<std::pair<int, int>>& walked) const {
+    Border border;
+    const int base = int(piece.vertices.size());
+    // One step: from side k of triangle t to the side that follows it on the border.
+    int tri = t, side = k;
+    std::vector<std::vector<std::pair<int, int>>> corners;  // triangle and corner at each point
+    do {
+        walked.insert({tri, side});
+        const int end = mesh_.triangle(tri)[at((side + 1) % 3)];
+        double angle = 0.0;
+        std::vector<std::pair<int, int>> around;
+        while (true) {
+            const int corner = corner_of(mesh_, tri, end);
+            around.emplace_back(tri, corner);
+            angle += angle_at(mesh_, tri, corner);
+            const int other = mesh_.triangle(tri)[at((corner + 1) % 3)];
+            side = corner;
+            if (walls_.contains(std::minmax(end, other))) break;
+            const EdgeSides s = mesh_.sides(end, other);
+            tri = s.triangle[0] == tri ? s.triangle[1] : s.triangle[0];
+        }
+        BorderPoint p;
+        p.vertex = end;
+        p.next = mesh_.triangle(tri)[at((side + 1) % 3)];
+        p.angle = angle;
+        p.node = is_node(end);
+        const auto known = sectors_.find({p.vertex, p.next});
+        if (known != sectors_.end()) {
+            p.angle = known->second.angle;
+            p.faces = known->second.faces;
+        } else if (natural_[at(end)] != 0) {
+            p.faces = faces_for(angle);
+        }
+        border.push_back(p);
+        corners.push_back(std::move(around));
+    } while (tri != t || side != k);
+    for (std::size_t i = 0; i < border.size(); ++i) {
+        piece.vertices.push_back(border[i].vertex);
+        for (const auto& [triangle, corner] : corners[i])
+            points[at(local.at(triangle))][at(corner)] = base + int(i);
+    }
+    piece.borders.push_back(std::move(border));
+}
+
+Piece PieceMesh::piece(int triangle) {
+    // What is split may leave other bridges at first.
+    constexpr int rounds = 2;
+    for (int i = 0; i < rounds; ++i) split_bridges(triangles_from(triangle));
+    Piece piece;
+    piece.triangles = triangles_from(triangle);
+    std::map<int, int> local;
+    for (std::size_t i = 0; i < piece.triangles.size(); ++i) local[piece.triangles[i]] = int(i);
+    std::vector<std::array<int, 3>> points(piece.triangles.size(), {-1, -1, -1});
+    std::set<std::pair<int, int>> walked;
+    for (const int t : piece.triangles) {
+        piece.area += 0.5 * mesh_.area_vector(t).norm();
+        const auto& c = mesh_.triangle(t);
+        for (int k = 0; k < 3; ++k)
+            if (walls_.contains(std::minmax(c[at(k)], c[at((k + 1) % 3)])) &&
+                !walked.contains({t, k}))
+                walk_border(piece, local, t, k, points, walked);
+    }
+    std::map<int, int> inner;
+    int edges = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            if (points[i][k] >= 0) continue;
+            const int v = mesh_.triangle(piece.triangles[i])[k];
+            const auto [it, added] = inner.emplace(v, int(piece.vertices.size()));
+            if (added) {
+                piece.vertices.push_back(v);
+                piece.has_apex = piece.has_apex || mesh_.corner(v) >= 0;
+            }
+            points[i][k] = it->second;
+        }
+    }
+    piece.neighbours.resize(piece.vertices.size());
+    std::set<std::pair<int, int>> seen;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const auto& c = mesh_.triangle(piece.triangles[i]);
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::size_t l = (k + 1) % 3;
+            if (walls_.contains(std::minmax(c[k], c[l]))) {
+                ++edges;
+                continue;
+            }
+            const int a = points[i][k], b = points[i][l];
+            if (!seen.insert(std::minmax(a, b)).second) continue;
+            ++edges;
+            const double length = (mesh_.point(c[k]) - mesh_.point(c[l])).norm();
+            piece.neighbours[at(a)].emplace_back(b, length);
+            piece.neighbours[at(b)].emplace_back(a, length);
+        }
+    }
+    piece.corners = points;
+    piece.euler = int(piece.vertices.size()) - edges + int(piece.triangles.size());
+    return piece;
+}
+
+void PieceMesh::cut(const Piece& piece, const PiecePath& path, const Parting& start,
+                    const Parting& end, bool held) {
+    std::vector<int> vertices;
+    for (const int i : path) vertices.push_back(piece.vertices[at(i)]);
+    for (std::size_t i = 0; i + 1 < vertices.size(); ++i)
+        walls_.insert(std::minmax(vertices[i], vertices[i + 1]));
+    const auto part = [&](int point, int towards, const Parting& how) {
+        const BorderPoint& b = piece.border_point(point);
+        sectors_[{b.vertex, b.next}] = {how.angle, how.faces};
+        sectors_[{b.vertex, towards}] = {b.angle - how.angle, how.faces_after};
+        make_node(b.vertex);
+    };
+    part(path.front(), vertices[1], start);
+    part(path.back(), vertices[vertices.size() - 2], end);
+    if (held) held_.insert(vertices.begin(), vertices.end());
+    cuts_.push_back(std::move(vertices));
+}
+
+int PieceMesh::split_wall(int a, int b) {
+    const EdgeSides s = mesh_.sides(a, b);
+    const int curve = mesh_.curve(s.triangle[0], s.side[0]);
+    Vec3 middle = 0.5 * (mesh_.point(a) + mesh_.point(b));
+    middle = curve >= 0 ? reference_.nearest_on_curve(curve, middle).point
+                        : reference_.foot_point(middle, mesh_.vertex_normal(a)).point;
+    const int m = mesh_.split(a, b, middle);
+    node_.push_back(0);
+    natural_.push_back(0);
+    walls_.erase(std::minmax(a, b));
+    walls_.insert(std::minmax(a, m));
+    walls_.insert(std::minmax(m, b));
+    const auto move_sector = [&](int from, int to) {
+        const auto known = sectors_.find({from, to});
+        if (known == sectors_.end()) return;
+        const Sector sector = known->second;
+        sectors_.erase(known);
+        sectors_[{from, m}] = sector;
+    };
+    move_sector(a, b);
+    move_sector(b, a);
+    for (auto& path : cuts_)
+        for (std::size_t i = 0; i + 1 < path.size(); ++i)
+            if (std::minmax(path[i], path[i + 1]) == std::minmax(a, b)) {
+                path.insert(path.begin() + std::ptrdiff_t(i) + 1, m);
+                break;
+            }
+    return m;
+}
+
+void PieceMesh::smooth_cuts() {
+    constexpr int rounds = 60, project_every = 5, rounds_of_held = 5;
+    std::vector<std::vector<int>> next(at(mesh_.vertex_count()));
+    std::vector<char> held(next.size(), 0);
+    for (const auto& [a, b] : walls_) {
+        const EdgeSides s = mesh_.sides(a, b);
+        if (s.triangle[1] < 0 || mesh_.curve(s.triangle[0], s.side[0]) >= 0)
+            held[at(a)] = held[at(b)] = 1;
+    }
+    for (const auto& path : cuts_) {
+        for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+            next[at(path[i])].push_back(path[i + 1]);
+            next[at(path[i + 1])].push_back(path[i]);
+        }
+    }
+    std::vector<int> moving;
+    std::vector<Vec3> normals(next.size(), Vec3::Zero());
+    for (int v = 0; v < mesh_.vertex_count(); ++v) {
+        if (!mesh_.vertex_alive(v) || held[at(v)] != 0 || mesh_.corner(v) >= 0) continue;
+        moving.push_back(v);
+        if (next[at(v)].empty()) next[at(v)] = mesh_.neighbours(v);
+        normals[at(v)] = mesh_.vertex_normal(v);
+    }
+    for (int round = 1; round <= rounds; ++round) {
+        for (const int v : moving) {
+            if (round > rounds_of_held && held_.contains(v)) continue;
+            Vec3 sum = Vec3::Zero();
+            for (const int w : next[at(v)]) sum += mesh_.point(w);
+            mesh_.move(v, sum / double(next[at(v)].size()));
+        }
+        if (round % project_every != 0) continue;
+        for (const int v : moving) {
+            const geom::FootPoint foot = reference_.foot_point(mesh_.point(v), normals[at(v)]);
+            mesh_.move(v, foot.point);
+            if (foot.normal.norm() > 0.5) normals[at(v)] = foot.normal;
+        }
+    }
+}
+
+}  // namespace patchwright::cage

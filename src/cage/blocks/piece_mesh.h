@@ -1,0 +1,110 @@
+// A triangle mesh cut into pieces along walls: kept features of a model and paths between them.
+#pragma once
+
+#include "cage/remesh/tri_mesh.h"
+
+#include <patchwright/geom/model_surface.h>
+
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+namespace patchwright::cage {
+
+/// Where the border of a piece passes a vertex on its way to `next`, with the piece on its left.
+struct BorderPoint {
+    int vertex = -1, next = -1;
+    double angle = 0.0;  ///< of the piece there, radians
+    int faces = 2;       ///< quads that the piece is to have there: 1 at its corners
+    bool node = false;   ///< lines of the layout end here, of this piece or of a neighbour
+};
+
+using Border = std::vector<BorderPoint>;
+
+/// Number of a border's first corner; -1: it has none.
+int first_corner(const Border& border);
+
+/// Triangles between walls, as a graph whose points tell both sides of a wall apart.
+struct Piece {
+    std::vector<int> triangles;
+    std::vector<Border> borders;
+    int euler = 0;  ///< vertices - edges + faces: 1 for a disc, 0 for a ring, 2 for a sphere
+    double area = 0.0;
+    bool has_apex = false;  ///< a point inside without a tangent plane
+
+    std::vector<int> vertices;  ///< of the mesh, one a point; border points first, loop by loop
+    std::vector<std::vector<std::pair<int, double>>> neighbours;  ///< not along walls; lengths
+
+    std::vector<std::array<int, 3>> corners;  ///< points of each triangle
+
+    [[nodiscard]] int border_count() const;
+    /// Border point number i of all borders.
+    [[nodiscard]] const BorderPoint& border_point(int i) const;
+    [[nodiscard]] int border_of(int i) const;
+};
+
+/// A path through a piece from one point of its border to another, as numbers of its points.
+using PiecePath = std::vector<int>;
+
+/// How a path parts the angle and the faces of a border point: the side towards `next` first.
+struct Parting {
+    double angle = 0.0;
+    int faces = 1;
+    int faces_after = 1;
+};
+
+class PieceMesh {
+  public:
+    /// Walls are the features that the mesh has and its boundary.
+    PieceMesh(TriMesh& mesh, const geom::ModelSurface& reference);
+
+    /// One triangle of every piece.
+    [[nodiscard]] std::vector<int> seeds() const;
+    /// The piece that a triangle is in. Splits edges that lead from wall to wall, so that paths
+    /// have room.
+    Piece piece(int triangle);
+    /// Makes a path a wall; its ends become nodes.
+    /// @param held  it stays where it is when cuts are straightened, but for its zigzag
+    void cut(const Piece& piece, const PiecePath& path, const Parting& start, const Parting& end,
+             bool held = false);
+    void make_node(int v) { node_[std::size_t(v)] = 1; }
+
+    /// Puts a vertex into a wall, half way along it; returns it. Pieces must be made anew then.
+    int split_wall(int a, int b);
+
+    [[nodiscard]] bool is_wall(int a, int b) const { return walls_.contains(std::minmax(a, b)); }
+    [[nodiscard]] bool is_node(int v) const { return node_[std::size_t(v)] != 0; }
+    [[nodiscard]] const std::set<std::pair<int, int>>& walls() const { return walls_; }
+    /// Paths that were cut, as vertices.
+    [[nodiscard]] const std::vector<std::vector<int>>& cuts() const { return cuts_; }
+    [[nodiscard]] const TriMesh& mesh() const { return mesh_; }
+
+    /// Straightens all cuts on the surface and evens out what lies between; features stay.
+    void smooth_cuts();
+
+  private:
+    [[nodiscard]] std::vector<int> triangles_from(int triangle) const;
+    void split_bridges(const std::vector<int>& triangles);
+    void find_nodes();
+    void widen_corners();
+    /// Of the piece on the left of the way from v along a wall.
+    [[nodiscard]] double angle_from(int v, int next) const;
+    void walk_border(Piece& piece, const std::map<int, int>& local, int t, int k,
+                     std::vector<std::array<int, 3>>& points,
+                     std::set<std::pair<int, int>>& walked) const;
+
+    TriMesh& mesh_;
+    const geom::ModelSurface& reference_;
+    std::set<std::pair<int, int>> walls_;
+    std::vector<char> node_, natural_;
+    struct Sector {
+        double angle;
+        int faces;
+    };
+    std::map<std::pair<int, int>, Sector> sectors_;  // by vertex and next one on the border
+    std::vector<std::vector<int>> cuts_;
+    std::set<int> held_;  ///< vertices that smooth_cuts() moves little
+};
+
+}  // namespace patchwright::cage

@@ -1,0 +1,302 @@
+#include "cage/blocks/brep_cage.h"
+#include "cage/remesh/mesh_part.h"
+#include "cage/remesh/quads.h"
+#include "cage/remesh/remesh.h"
+#include "cage/sections/recognise.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/cage/make_cage.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <optional>
+
+namespace patchwright::cage {
+
+namespace {
+
+constexpr double deflection_rel = 1e-3, fine_deflection_rel = 1e-4;
+
+/// @param kind  of what has no name
+std::vector<std::string> group_names(std::vector<std::string> names, const char* kind) {
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        if (names[i].empty()) names[i] = fmt::format("{}_{}", kind, i + 1);
+        for (char& c : names[i])
+            if (c == ' ' || c == '\t' || c == '\n' || c == '\r') c = '_';
+    }
+    return names;
+}
+
+/// Curves that cages keep as lines: all sharp and free ones, and smooth ones along edges that are
+/// rounded too tightly for faces of a cage, as those of blades are; for triangles also what bends a
+/// little.
+enum class Lines { OfTriangles, OfBlocks };
+
+std::vector<char> kept_curves(const geom::ModelSurface& reference, Lines lines) {
+    constexpr double slight_bend_rad = 0.1, tight_rel = 6e-3, shortest_rel = 0.02;
+    const double diagonal = reference.bounds().diagonal();
+    const auto& curves = reference.features().curves;
+    std::vector<char> kept;
+    for (std::size_t i = 0; i < curves.size(); ++i) {
+        const geom::FeatureCurve& curve = curves[i];
+        if (curve.kind != geom::FeatureKind::Smooth) {
+            kept.push_back(1);
+            continue;
+        }
+        constexpr int samples = 9;
+        int tight = 0;
+        for (int k = 0; k < samples; ++k) {
+            const auto at = reference.point_on_curve(int(i), curve.length * (k + 0.5) / samples);
+            const auto bend = reference.curvature(reference.foot_point(at.point));
+            if (!bend) continue;
+            double across = 0.0;
+            for (std::size_t j = 0; j < 2; ++j) {
+                const double along = bend->direction[j].dot(at.tangent);
+                across += bend->value[j] * (1.0 - along * along);
+            }
+            tight += std::abs(across) * tight_rel * diagonal > 1.0 ? 1 : 0;
+        }
+        const bool bends =
+            lines == Lines::OfTriangles && curve.greatest_angle_rad > slight_bend_rad;
+        kept.push_back(curve.length > shortest_rel * diagonal && (2 * tight > samples || bends));
+    }
+    return kept;
+}
+
+/// One cage of all parts.
+mesh::Cage joined(const std::vector<Blocks>& parts) {
+    mesh::TopologyInput input;
+    std::map<std::string, int> groups;
+    std::vector<geom::Vec3> points;
+    for (const Blocks& part : parts) {
+        const int base = int(points.size());
+        points.insert(points.end(), part.points.begin(), part.points.end());
+        for (std::size_t i = 0; i < part.faces.size(); ++i) {
+            input.face_sizes.push_back(int(part.faces[i].size()));
+            for (const int v : part.faces[i]) input.face_vertices.push_back(base + v);
+            const auto [group, added] =
+                groups.emplace(part.groups[i], int(input.group_names.size()));
+            if (added) input.group_names.push_back(part.groups[i]);
+            input.face_group.push_back(group->second);
+        }
+        for (const auto& [a, b] : part.creases)
+            input.creases.push_back({base + a, base + b, mesh::infinite_sharpness});
+        for (const int v : part.corners)
+            input.corners.push_back({base + v, mesh::infinite_sharpness});
+    }
+    input.vertex_count = int(points.size());
+    geom::Points rows(Eigen::Index(points.size()), 3);
+    for (std::size_t i = 0; i < points.size(); ++i) rows.row(Eigen::Index(i)) = points[i];
+    // Shells of hollows face inward, as the reference does there.
+    return mesh::build_cage(std::move(input), std::move(rows), "layout", mesh::Facing::AsGiven)
+        .cage;
+}
+
+/// How often lengths are scaled towards a number of faces, and the logarithm of what is near.
+constexpr int rounds_of_scaling = 4;
+constexpr double near_enough = 0.2;
+
+/// What a cage is made from.
+struct Source {
+    const geom::ModelSurface& reference;
+    /// Triangles of the model that are no farther from it than this, millimetres.
+    std::function<occ::SurfaceMesh(double)> triangles;
+    std::vector<std::string> names;  ///< one a face, for groups
+    bool has_faces = true;           ///< regions of triangles are none: their borders are jagged
+};
+
+Blocks remeshed(const Body& body, const Source& source, const CageOptions& options, double scale) {
+    TriMesh mesh(part_of(body, kept_curves(source.reference, Lines::OfTriangles)));
+    RemeshOptions remeshing;
+    remeshing.size.tolerance_rel = options.tolerance_rel;
+    remeshing.size.fineness = options.fineness;
+    remeshing.size.scale = scale;
+    remeshing.size.finer_at = options.finer_at;
+    remeshing.progress = options.progress;
+    remesh(mesh, source.reference, remeshing);
+    return quad_blocks(mesh, source.reference.features(), source.names);
+}
+
+std::vector<Blocks> all_remeshed(const occ::SurfaceMesh& surface, const Source& source,
+                                 const CageOptions& options, double scale) {
+    std::vector<Blocks> parts;
+    for (const Body& body : bodies_of(surface))
+        parts.push_back(remeshed(body, source, options, scale));
+    return parts;
+}
+
+std::size_t face_count(const std::vector<Blocks>& parts) {
+    std::size_t count = 0;
+    for (const Blocks& part : parts) count += part.faces.size();
+    return count;
+}
+
+/// Blocks of every body that is recognised; of the others blocks along their faces, or if one of
+/// them has none, remeshed ones, but only where at least one is recognised and `remesh` allows it.
+/// Else there are no parts, only texts.
+struct Aligned {
+    std::vector<Blocks> parts;
+    std::vector<std::string> texts;
+    int known = 0;                              ///< bodies that are recognised
+    bool from_faces = false, remeshed = false;  ///< some of the others
+};
+
+/// Blocks along the faces of a body, into `part` where there are any.
+/// @return what came of it, for the user
+std::string lay_out_blocks(const Body& body, const std::vector<char>& borders, const Source& source,
+                           const CageOptions& options, double scale, std::optional<Blocks>& part) {
+    if (!source.has_faces) return "no blocks (triangles have no faces to lay blocks along)";
+    if (body.mesh->faces_without > 0) return "no blocks (faces could not be triangulated)";
+    BodyBlocks made = brep_blocks(body, borders, source.reference, source.names, options, scale);
+    if (!made.blocks) return fmt::format("no blocks ({})", made.refused);
+    try {
+        joined({*made.blocks});
+    } catch (const base::InputError& error) {
+        // Blocks of two faces may meet twice: then they are no cage.
+        return fmt::format("no blocks ({})", error.what());
+    }
+    part = std::move(*made.blocks);
+    return "blocks along its faces";
+}
+
+Aligned aligned(const occ::SurfaceMesh& mesh, const Source& source, const CageOptions& options) {
+    const std::vector<Body> bodies = bodies_of(mesh);
+    std::vector<char> borders;
+    double fineness = options.fineness;
+    for (int round = 0;; ++round) {
+        // Columns go by its root.
+        const double scale = std::pow(fineness / options.fineness, -0.75);
+        Aligned result;
+        std::vector<std::optional<Blocks>> found;
+        std::vector<std::size_t> along_faces;
+        for (const Body& body : bodies) {
+            Recognised one = recognise(body, source.reference, fineness);
+            if (one.blocks) {
+                ++result.known;
+            } else if (!result.remeshed) {
+                if (borders.empty() && source.has_faces)
+                    borders = block_borders(mesh, source.reference,
+                                            kept_curves(source.reference, Lines::OfBlocks));
+                one.text +=
+                    ", " + lay_out_blocks(body, borders, source, options, scale, one.blocks);
+                if (one.blocks) along_faces.push_back(found.size());
+                result.remeshed = !one.blocks;
+            }
+            result.texts.push_back(std::move(one.text));
+            found.push_back(std::move(one.blocks));
+        }
+        // Blocks that need thousands of faces are not few and simple any more.
+        constexpr std::size_t most_faces = 4000;
+        std::size_t faces = 0;
+        for (const std::size_t i : along_faces) faces += found[i]->faces.size();
+        if (faces > most_faces && options.method == Method::Auto && options.target_faces == 0) {
+            result.remeshed = true;
+            result.texts[along_faces.back()] += fmt::format(" ({} quads, too many)", faces);
+        }
+        // Blocks start coarse and are refined often, remeshed parts are not: one fit is for either.
+        if (result.remeshed) {
+            for (const std::size_t i : along_faces) {
+                found[i].reset();
+                result.texts[i] += ", remeshed with all that are not recognised";
+            }
+        }
+        result.from_faces = !result.remeshed && !along_faces.empty();
+        const bool none =
+            std::none_of(found.begin(), found.end(), [](const auto& b) { return b.has_value(); });
+        if (none || (result.remeshed && options.method == Method::Aligned)) return result;
+        for (std::size_t i = 0; i < found.size(); ++i)
+            result.parts.push_back(found[i] ? std::move(*found[i])
+                                            : remeshed(bodies[i], source, options, scale));
+        if (options.target_faces == 0 || round == rounds_of_scaling) return result;
+        const double ratio = options.target_faces / double(face_count(result.parts));
+        if (std::abs(std::log(ratio)) < near_enough) return result;
+        fineness *= std::pow(ratio, 2.0 / 3.0);
+    }
+}
+
+CageResult make_cage(const Source& source, const CageOptions& options) {
+    if (!(options.tolerance_rel > 0.0) || !(options.fineness > 0.0) || options.target_faces < 0)
+        throw base::InvalidArgument(
+            "layout: tolerance and fineness must be positive, target_faces not negative");
+    base::report_progress(options.progress, "layout", 0.0);
+    const geom::ModelSurface& reference = source.reference;
+    const double diagonal = reference.bounds().diagonal();
+    CageResult result;
+    std::vector<Blocks> parts;
+    if (options.method != Method::Remesh) {
+        const occ::SurfaceMesh fine = source.triangles(fine_deflection_rel * diagonal);
+        Aligned found = aligned(fine, source, options);
+        parts = std::move(found.parts);
+        if (!parts.empty()) result.recognised = found.known;
+        result.layout = std::move(found.texts);
+        result.from_faces = found.from_faces;
+        if (!found.remeshed) result.method = Method::Aligned;
+        if (parts.empty() && options.method == Method::Aligned)
+            throw base::InputError(
+                fmt::format("no layout was recognised for the model ({}); use --layout remesh or "
+                            "auto",
+                            fmt::join(result.layout, "; ")));
+        if (parts.empty()) result.notices.push_back("remeshed, as no layout of blocks was found");
+    }
+    if (parts.empty()) {
+        const occ::SurfaceMesh surface = source.triangles(deflection_rel * diagonal);
+        parts = all_remeshed(surface, source, options, 1.0);
+        double scale = 1.0;
+        for (int round = 0; round < rounds_of_scaling && options.target_faces > 0; ++round) {
+            const double ratio = double(face_count(parts)) / options.target_faces;
+            if (std::abs(std::log(ratio)) < near_enough) break;
+            scale *= std::sqrt(ratio);
+            parts = all_remeshed(surface, source, options, scale);
+        }
+        if (surface.faces_without > 0)
+            result.notices.push_back(
+                fmt::format("{} faces could not be triangulated and are holes in the cage",
+                            surface.faces_without));
+    }
+    result.cage = joined(parts);
+    return result;
+}
+
+/// The regions of a mesh by the names of its parts; empty where the file gives none.
+std::vector<std::string> region_names(const geom::MeshReference& reference) {
+    std::vector<std::string> names(std::size_t(reference.region_count()));
+    const geom::TriangleMesh& mesh = reference.mesh();
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        if (mesh.part[t] >= 0)
+            names[std::size_t(reference.regions()[t])] = mesh.part_names[std::size_t(mesh.part[t])];
+    return names;
+}
+
+occ::SurfaceMesh surface_mesh(const geom::MeshReference& reference) {
+    occ::SurfaceMesh mesh;
+    mesh.points = reference.mesh().points;
+    mesh.triangles = reference.mesh().triangles;
+    mesh.faces = reference.regions();
+    for (const geom::MeshFeatureSide& side : reference.feature_sides())
+        mesh.features.push_back({side.v0, side.v1, side.curve});
+    mesh.corners = reference.corner_numbers();
+    return mesh;
+}
+
+}  // namespace
+
+CageResult make_cage(const occ::CadModel& model, const occ::CadReference& reference,
+                     const CageOptions& options) {
+    return make_cage(
+        Source{reference,
+               [&](double deflection) { return occ::surface_mesh(model, reference, deflection); },
+               group_names(occ::face_names(model), "face")},
+        options);
+}
+
+CageResult make_cage(const geom::MeshReference& reference, const CageOptions& options) {
+    return make_cage(Source{reference, [&](double) { return surface_mesh(reference); },
+                            group_names(region_names(reference), "region"), false},
+                     options);
+}
+
+}  // namespace patchwright::cage

@@ -1,0 +1,11 @@
+// One body of a model's triangles by itself.
+#pragma once
+
+#include "cage/sections/sections.h"
+
+namespace patchwright::cage {
+
+/// @param kept  one a feature curve of the model: whether its sides stay features
+occ::SurfaceMesh part_of(const Body& body, const std::vector<char>& kept);
+
+}  // namespace patchwright::cage

@@ -1,0 +1,47 @@
+// How long the edges of a cage should be, by curvature of surface and feature curves.
+#pragma once
+
+#include "cage/remesh/tri_mesh.h"
+
+#include <patchwright/cage/make_cage.h>
+#include <patchwright/geom/model_surface.h>
+
+#include <vector>
+
+namespace patchwright::cage {
+
+/// Where lengths are halved once more.
+using FinerPlace = CageOptions::Place;
+
+struct SizeOptions {
+    double tolerance_rel = 1e-3;  ///< of the diagonal: what the cage is to be fitted to
+    double least_rel = 8e-3;      ///< of the diagonal: shortest edge asked for
+    double largest_rel = 0.12;    ///< of the diagonal: longest
+    double growth = 0.6;          ///< by how much length may grow per length
+    double fineness = 1.0;        ///< divides lengths by curvature and the shortest one
+    double scale = 1.0;           ///< multiplies all lengths
+    std::vector<FinerPlace> finer_at;
+};
+
+/// Wanted lengths, one a vertex of a mesh that changes.
+class SizeField {
+  public:
+    SizeField(const TriMesh& mesh, const geom::ModelSurface& reference, const SizeOptions& options);
+
+    [[nodiscard]] double at(int v) const { return size_[std::size_t(v)]; }
+    /// For the vertex that was last added, between a and b.
+    void add_vertex(int a, int b);
+    /// Lets lengths grow no faster than asked for.
+    void limit_growth();
+
+  private:
+    [[nodiscard]] double by_curvature(int v) const;
+    [[nodiscard]] double at_places(int v) const;
+
+    const TriMesh& mesh_;
+    const geom::ModelSurface& reference_;
+    SizeOptions options_;
+    std::vector<double> size_;
+};
+
+}  // namespace patchwright::cage

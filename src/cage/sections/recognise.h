@@ -1,0 +1,22 @@
+// Bodies that get blocks along the lines of what they are.
+#pragma once
+
+#include "cage/blocks.h"
+#include "cage/sections/sections.h"
+
+#include <patchwright/geom/model_surface.h>
+
+#include <optional>
+#include <string>
+
+namespace patchwright::cage {
+
+struct Recognised {
+    std::optional<Blocks> blocks;
+    std::string text;  ///< what the body is, or why it is nothing known
+};
+
+/// @param fineness  > 0: lines are about that many times as many along the body, its root around
+Recognised recognise(const Body& body, const geom::ModelSurface& reference, double fineness);
+
+}  // namespace patchwright::cage

@@ -1,0 +1,191 @@
+#include "cage/sections/tube.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+namespace patchwright::cage {
+
+using geom::Vec3;
+
+namespace {
+
+struct Ring {
+    int piece;
+    double share;
+    std::optional<geom::FeatureKind> feature;  ///< on which its points lie
+    double squareness = 0.0;                   ///< of rings around caps
+};
+
+std::vector<Ring> rings_of(const Tube& tube) {
+    constexpr double squareness = 0.12;  // corners of a cap's square are wider than 150 degrees
+    std::vector<Ring> rings;
+    const int pieces = int(tube.shares.size());
+    for (int i = 0; i < pieces; ++i) {
+        for (const double share : tube.shares[std::size_t(i)]) {
+            if (i > 0 && share == 0.0) continue;
+            rings.push_back({i, share, {}});
+            if (share == 1.0 && i + 1 < pieces) rings.back().feature = geom::FeatureKind::Sharp;
+        }
+    }
+    if (tube.start == LineEnd::None) rings.pop_back();
+    if (tube.sharp_start) rings.front().feature = geom::FeatureKind::Sharp;
+    if (tube.start == LineEnd::Free) rings.front().feature = geom::FeatureKind::Free;
+    if (tube.end == LineEnd::Free) rings.back().feature = geom::FeatureKind::Free;
+    if (tube.start == LineEnd::Axis) rings.front().squareness = squareness;
+    if (tube.end == LineEnd::Axis) rings.back().squareness = -squareness;
+    return rings;
+}
+
+class TubeRings {
+  public:
+    TubeRings(const Tube& tube, const geom::ModelSurface& reference)
+        : tube_(tube),
+          reference_(reference),
+          rings_(rings_of(tube)),
+          around_(int(tube.lines.size())),
+          side_(around_ / 4) {}
+
+    Blocks run() {
+        for (const Ring& ring : rings_)
+            for (int k = 0; k < around_; ++k) blocks_.points.push_back(point(ring, k));
+        const int count = int(rings_.size());
+        const int strips = tube_.start == LineEnd::None ? count : count - 1;
+        for (int i = 0; i < strips; ++i) {
+            const int next = (i + 1) % count;
+            // A strip belongs to the piece in which it ends.
+            const int piece =
+                next == 0 ? int(tube_.shares.size()) - 1 : rings_[std::size_t(next)].piece;
+            for (int k = 0; k < around_; ++k) {
+                blocks_.faces.push_back({id(i, k), id(next, k), id(next, k + 1), id(i, k + 1)});
+                blocks_.groups.push_back(fmt::format("band_{}", piece + 1));
+            }
+        }
+        for (int i = 0; i < count; ++i)
+            if (rings_[std::size_t(i)].feature == geom::FeatureKind::Sharp)
+                for (int k = 0; k < around_; ++k)
+                    blocks_.creases.emplace_back(id(i, k), id(i, k + 1));
+        if (tube_.start == LineEnd::Axis) add_cap(0, false);
+        if (tube_.end == LineEnd::Axis) add_cap(count - 1, true);
+        return std::move(blocks_);
+    }
+
+  private:
+    [[nodiscard]] int id(int ring, int k) const { return ring * around_ + (k + around_) % around_; }
+
+    /// Number of the line at the first corner of a cap's square.
+    [[nodiscard]] int first_corner() const { return side_ / 2; }
+
+    [[nodiscard]] double share_of(const Ring& ring, int k) const {
+        const double angle = 2.0 * std::numbers::pi * (k - first_corner()) / around_;
+        const double stretch = 1.0 + std::abs(ring.squareness) * std::cos(4.0 * angle);
+        if (ring.squareness == 0.0) return ring.share;
+        return ring.squareness > 0.0 ? ring.share * stretch : 1.0 - (1.0 - ring.share) * stretch;
+    }
+
+    /// Unit, from the surface.
+    [[nodiscard]] Vec3 normal_at(const Ring& ring, int k) const {
+        const TubeLine& line = tube_.lines[std::size_t(k)];
+        const double share = share_of(ring, k), h = 0.01;
+        const Vec3 along = line.at(ring.piece, std::min(share + h, 1.0)) -
+                           line.at(ring.piece, std::max(share - h, 0.0));
+        return along.cross(tube_.axis.cross(line.outward)).normalized();
+    }
+
+    [[nodiscard]] Vec3 point(const Ring& ring, int k) const {
+        const Vec3 p = tube_.lines[std::size_t(k)].at(ring.piece, share_of(ring, k));
+        if (ring.feature) {
+            auto feature = reference_.feature_point(p, *ring.feature);
+            if (ring.feature == geom::FeatureKind::Sharp) {
+                // Parts of sharp rings may be smooth.
+                const auto smooth = reference_.feature_point(p, geom::FeatureKind::Smooth);
+                if (smooth && (!feature || smooth->distance < feature->distance)) feature = smooth;
+            }
+            return feature ? feature->point : p;
+        }
+        return reference_.foot_point(p, normal_at(ring, k)).point;
+    }
+
+    /// Quads within a ring: its lines from corner to corner, inner points between them.
+    void add_cap(int ring, bool last) {
+        const int m = side_, c = first_corner();
+        const auto on_ring = [&](int k) { return id(ring, c + k); };
+        const auto border = [&](int k) {
+            return blocks_.points[std::size_t(on_ring(k % around_))];
+        };
+        Vec3 outward = Vec3::Zero();
+        for (int k = 0; k < around_; ++k) outward += normal_at(rings_[std::size_t(ring)], k);
+        outward.normalize();
+        std::vector<int> grid(std::size_t((m + 1) * (m + 1)));
+        const auto at = [&](int a, int b) -> int& { return grid[std::size_t(b * (m + 1) + a)]; };
+        for (int i = 0; i < m; ++i) {
+            at(i, 0) = on_ring(i);
+            at(m, i) = on_ring(m + i);
+            at(m - i, m) = on_ring(2 * m + i);
+            at(0, m - i) = on_ring(3 * m + i);
+        }
+        for (int b = 1; b < m; ++b) {
+            for (int a = 1; a < m; ++a) {
+                const double u = double(a) / m, v = double(b) / m;
+                const Vec3 p = (1.0 - v) * border(a) + v * border(3 * m - a) +
+                               (1.0 - u) * border(4 * m - b) + u * border(m + b) -
+                               (1.0 - u) * (1.0 - v) * border(0) - u * (1.0 - v) * border(m) -
+                               u * v * border(2 * m) - (1.0 - u) * v * border(3 * m);
+                at(a, b) = int(blocks_.points.size());
+                blocks_.points.push_back(reference_.foot_point(p, outward).point);
+            }
+        }
+        for (int b = 0; b < m; ++b) {
+            for (int a = 0; a < m; ++a) {
+                std::vector<int> corners{at(a, b), at(a + 1, b), at(a + 1, b + 1), at(a, b + 1)};
+                if (last) std::reverse(corners.begin(), corners.end());
+                blocks_.faces.push_back(std::move(corners));
+                blocks_.groups.push_back(last ? "last_cap" : "first_cap");
+            }
+        }
+    }
+
+    const Tube& tube_;
+    const geom::ModelSurface& reference_;
+    std::vector<Ring> rings_;
+    int around_, side_;
+    Blocks blocks_;
+};
+
+}  // namespace
+
+Blocks tube_blocks(const Tube& tube, const geom::ModelSurface& reference) {
+    return TubeRings(tube, reference).run();
+}
+
+std::string describe(const Tube& tube) {
+    const std::vector<Ring> rings = rings_of(tube);
+    const auto sharp = std::count_if(rings.begin(), rings.end(), [](const Ring& r) {
+        return r.feature == geom::FeatureKind::Sharp;
+    });
+    const auto name = [](LineEnd end) { return end == LineEnd::Free ? "open" : "on the axis"; };
+    // Around a lip lines turn back.
+    double forward = 0.0, backward = 0.0;
+    for (int i = 0; i < int(tube.shares.size()); ++i) {
+        for (int k = 0; k < 20; ++k) {
+            const double step =
+                (tube.lines[0].at(i, (k + 1) / 20.0) - tube.lines[0].at(i, k / 20.0))
+                    .dot(tube.axis);
+            (step > 0.0 ? forward : backward) += std::abs(step);
+        }
+    }
+    const bool turns = std::min(forward, backward) > 0.1 * std::max(forward, backward);
+    const std::string ends = tube.start == LineEnd::None
+                                 ? "closed"
+                                 : fmt::format("ends {} and {}", name(tube.start), name(tube.end));
+    return fmt::format("{}: {} lines x {} rings, {} of them sharp, {}",
+                       turns ? "nacelle" : "body around an axis", tube.lines.size(), rings.size(),
+                       sharp, ends);
+}
+
+}  // namespace patchwright::cage

@@ -1,0 +1,184 @@
+#include "cage/sections/wing_finder.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace patchwright::cage {
+
+using geom::Vec3;
+
+bool WingFinder::classify(WingEnd& end) {
+    const occ::SurfaceMesh& mesh = *wing_.slicer.body().mesh;
+    const auto at_end = [&](int v) {
+        return std::abs(wing_.slicer.height(v) - end.extreme) < flat_rel * wing_.span;
+    };
+    double lid = 0.0;
+    for (const int t : wing_.slicer.body().triangles) {
+        const auto& c = mesh.triangles[std::size_t(t)];
+        if (!at_end(c[0]) || !at_end(c[1]) || !at_end(c[2])) continue;
+        const Vec3 a = mesh.points.row(c[0]), b = mesh.points.row(c[1]), d = mesh.points.row(c[2]);
+        lid += 0.5 * std::abs((b - a).cross(d - a).dot(wing_.slicer.normal()));
+    }
+    end.ring = end.extreme - end.outward * inside_rel * wing_.span;
+    const WingSection* near = known_near(end.extreme);
+    if (lid > 0.3 * near->chord * near->thickness) {
+        end.kind = EndKind::Lid;
+        return true;
+    }
+    for (SectionLoop& rim : rims(wing_.slicer.body())) {
+        for (const Vec3& p : rim.points)
+            if (std::abs(p.dot(wing_.slicer.normal()) - end.extreme) < flat_rel * wing_.span)
+                end.kind = EndKind::Open;
+        if (end.kind != EndKind::Open) continue;
+        end.rim = std::move(rim);
+        if (end.outward > 0.0) end.rim.reverse();
+        return true;
+    }
+    find_ridge(end, *near);
+    if (end.kind == EndKind::Ridge) {  // near the nose it is the nose's line
+        wing_.nose_line = true;
+        wing_.lines.nose.insert(end.ridge);
+    }
+    return place_ring(end);
+}
+
+void WingFinder::find_ridge(WingEnd& end, const WingSection& near) const {
+    if (wing_.blunt) return;
+    const auto& curves = reference_.features().curves;
+    for (int i = 0; i < int(curves.size()); ++i) {
+        const geom::FeatureCurve& curve = curves[std::size_t(i)];
+        if (curve.kind != geom::FeatureKind::Sharp || curve.closed ||
+            wing_.lines.tail.contains(i) || wing_.lines.nose.contains(i))
+            continue;
+        double nearest = wing_.span, farthest = 0.0;
+        for (int k = 0; k <= 16; ++k) {
+            const Vec3 p = reference_.point_on_curve(i, curve.length * k / 16.0).point;
+            const double way = std::abs(end.extreme - p.dot(wing_.slicer.normal()));
+            nearest = std::min(nearest, way);
+            farthest = std::max(farthest, way);
+        }
+        if (nearest > in_plane_rel * wing_.span || farthest > 3.0 * near.thickness) continue;
+        double start = wing_.span, stop = wing_.span;
+        for (const int tail : wing_.lines.tail) {
+            start = std::min(start, reference_.nearest_on_curve(tail, curve.start).distance);
+            stop = std::min(stop, reference_.nearest_on_curve(tail, curve.end).distance);
+        }
+        if (std::min(start, stop) > flat_rel * wing_.span ||
+            (curve.start - curve.end).norm() < 0.5 * near.chord)
+            continue;
+        if (end.kind == EndKind::Ridge) {  // two of them are the border of a face
+            end.kind = EndKind::Rounded;
+            return;
+        }
+        end.kind = EndKind::Ridge;
+        end.ridge = i;
+        end.from_tail = start < stop;
+    }
+}
+
+bool WingFinder::place_ring(WingEnd& end) {
+    const double outer = end.extreme - end.outward * 0.1 * wing_.span;
+    const auto whole = section_at(outer);
+    if (!whole.section)
+        return refuse(fmt::format("the section {} has {}", percent(outer), whole.why));
+    // Where a line of the model runs around the body near the end, the tip starts there. A
+    // ridge needs a ring where the tip has turned half of its way.
+    const bool ridge = end.kind == EndKind::Ridge;
+    const double thickness = whole.section->thickness, reach = ridge ? 0.0 : 1.5 * thickness;
+    std::optional<double> best;
+    for (const double height : lines_around())
+        if (std::abs(end.extreme - height) < reach && std::abs(end.extreme - height) > 0.0)
+            if (!best || std::abs(end.extreme - height) > std::abs(end.extreme - *best))
+                best = height;
+    for (double share = ridge ? 0.1 : 0.3; !best && share < 4.0; share *= ridge ? 1.1 : 1.25) {
+        const double height = end.extreme - end.outward * share * thickness;
+        const auto section = section_at(height).section;
+        if (section && !section->faded && section->thickness > (ridge ? 0.6 : 0.85) * thickness)
+            best = height;
+    }
+    if (!best) return refuse("no section is found where its tip begins");
+    end.ring = *best;
+    return true;
+}
+
+bool WingFinder::on_body(int curve) const {
+    const auto& features = wing_.slicer.body().mesh->features;
+    return std::any_of(features.begin(), features.end(), [&](const occ::FeatureSide& f) {
+        return f.curve == curve && wing_.slicer.holds(f.v0);
+    });
+}
+
+std::vector<double> WingFinder::lines_around() const {
+    const auto& curves = reference_.features().curves;
+    std::vector<double> heights;
+    for (std::size_t i = 0; i < curves.size(); ++i) {
+        const auto [low, high] = range_of(int(i));
+        if (high - low > in_plane_rel * wing_.span || !on_body(int(i))) continue;
+        const double height = 0.5 * (low + high);
+        const auto section = section_at(height).section;
+        if (section && curves[i].length > 0.3 * section->chord) heights.push_back(height);
+    }
+    std::sort(heights.begin(), heights.end());
+    return heights;
+}
+
+std::pair<double, double> WingFinder::range_of(int curve) const {
+    const double length = reference_.features().curves[std::size_t(curve)].length;
+    double low = 1e300, high = -1e300;
+    for (int k = 0; k <= 8; ++k) {
+        const double height =
+            reference_.point_on_curve(curve, length * k / 8.0).point.dot(wing_.slicer.normal());
+        low = std::min(low, height);
+        high = std::max(high, height);
+    }
+    return {low, high};
+}
+
+bool WingFinder::all_lines_known() {
+    constexpr double shortest_rel = 0.01, at_end_rel = 2e-3;
+    const auto& curves = reference_.features().curves;
+    for (int i = 0; i < int(curves.size()); ++i) {
+        const geom::FeatureCurve& curve = curves[std::size_t(i)];
+        if (curve.kind != geom::FeatureKind::Sharp || wing_.lines.tail.contains(i) ||
+            wing_.lines.nose.contains(i) || curve.length < shortest_rel * wing_.span || !on_body(i))
+            continue;
+        const auto [low, high] = range_of(i);
+        bool known = high - low > in_plane_rel * wing_.span;  // crossed by sections, or a tip's
+        for (const WingEnd& end : wing_.ends)
+            known = known || end.ridge == i ||
+                    std::max(std::abs(low - end.extreme), std::abs(high - end.extreme)) <
+                        at_end_rel * wing_.span;
+        if (!known)
+            return refuse(fmt::format("a sharp line runs across {}", percent(0.5 * (low + high))));
+    }
+    return true;
+}
+
+void WingFinder::find_span_of_lines() {
+    for (const auto* curves : {&wing_.lines.tail, &wing_.lines.nose}) {
+        double low = 1e300, high = -1e300;
+        for (const int curve : *curves) {
+            const auto range = range_of(curve);
+            low = std::min(low, range.first);
+            high = std::max(high, range.second);
+        }
+        if (low > high) continue;
+        line_ends_.push_back(low + inside_rel * wing_.span);
+        line_ends_.push_back(high - inside_rel * wing_.span);
+        for (const int curve : *curves) {
+            const geom::FeatureCurve& c = reference_.features().curves[std::size_t(curve)];
+            for (const int corner : {c.start_corner, c.end_corner}) {
+                if (corner < 0) continue;
+                const double height = reference_.features().corners[std::size_t(corner)].point.dot(
+                    wing_.slicer.normal());
+                if (height > low && height < high) line_ends_.push_back(height);
+            }
+        }
+    }
+    std::sort(line_ends_.begin(), line_ends_.end());
+}
+
+}  // namespace patchwright::cage

@@ -1,0 +1,174 @@
+#include "fit/loop/coverage.h"
+
+#include "fit/loop/sampling.h"
+
+#include <patchwright/base/parallel.h>
+#include <patchwright/geom/nearest.h>
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <limits>
+#include <span>
+
+namespace patchwright::fit {
+
+namespace {
+
+using geom::Points;
+using geom::Vec3;
+
+/// Facets along a face's side.
+constexpr int n = 4;
+/// Gauss-Newton converges linearly where the surface bends; what is left after these steps is far
+/// below what anybody asks for.
+constexpr int steps = 4;
+
+/// How far the limit surface may be from a facet, in parts of the facet's side: a tenth is an arc
+/// of 45 degrees.
+constexpr double bulge = 0.1;
+
+/// Numbers within the grid of a site: i * (n + 1) + j.
+using Facet = std::array<int, 3>;
+
+std::array<Facet, std::size_t(2 * n * n)> facets_of_site() {
+    std::array<Facet, std::size_t(2 * n * n)> facets{};
+    std::size_t next = 0;
+    for (int i = 0; i < n; ++i) {
+        for (int j = 0; j < n; ++j) {
+            const auto at = [&](int di, int dj) { return (i + di) * (n + 1) + j + dj; };
+            facets[next++] = {at(0, 0), at(1, 0), at(1, 1)};
+            facets[next++] = {at(0, 0), at(1, 1), at(0, 1)};
+        }
+    }
+    return facets;
+}
+
+/// The nearest facets of a few sites, nearest first.
+class NearestSites {
+  public:
+    void clear() { count_ = 0; }
+    [[nodiscard]] std::span<const NearLimit> sites() const { return {kept_.data(), count_}; }
+
+    void add(const NearLimit& one) {
+        const auto end = kept_.begin() + std::ptrdiff_t(count_);
+        auto place = std::find_if(kept_.begin(), end,
+                                  [&](const NearLimit& k) { return k.site == one.site; });
+        if (place != end && place->distance <= one.distance) return;
+        if (place == end) {
+            if (count_ < kept_.size()) {
+                ++count_;
+            } else if (!(one.distance < kept_.back().distance)) {
+                return;
+            } else {
+                --place;
+            }
+        }
+        for (; place != kept_.begin() && std::prev(place)->distance > one.distance; --place)
+            *place = *std::prev(place);
+        *place = one;
+    }
+
+  private:
+    std::array<NearLimit, 4> kept_;
+    std::size_t count_ = 0;
+};
+
+}  // namespace
+
+LimitSearch::LimitSearch(std::shared_ptr<const mesh::Topology> topology)
+    : sites_(face_sites(*topology)),
+      grid_(*topology, {closed_grid(n)}, sites_),
+      evaluator_(std::move(topology)) {}
+
+NearLimit LimitSearch::improved(const Points& control_points, NearLimit best,
+                                const Vec3& query) const {
+    const subd::Site& site = sites_[std::size_t(best.site)];
+    const auto evaluate = [&](double u, double v) {
+        return evaluator_.evaluate(control_points, {site.face, u, v, site.sector}, 1);
+    };
+    subd::LimitPoint at = evaluate(best.u, best.v);
+    best.point = at.position;
+    best.normal = at.normal;
+    best.distance = (query - at.position).norm();
+    for (int step = 0; step < steps && at.smoothness == subd::Smoothness::Derivatives; ++step) {
+        const Vec3 way = query - at.position;
+        const double a = at.du.squaredNorm(), b = at.du.dot(at.dv), c = at.dv.squaredNorm();
+        const double determinant = a * c - b * b;
+        if (!(determinant > 1e-12 * a * c)) break;
+        const double along_u = at.du.dot(way), along_v = at.dv.dot(way);
+        double u = best.u + (c * along_u - b * along_v) / determinant;
+        double v = best.v + (a * along_v - b * along_u) / determinant;
+        if (u < 0.0 || u > 1.0) {  // along the face's side
+            u = std::clamp(u, 0.0, 1.0);
+            v = best.v + (along_v - b * (u - best.u)) / c;
+        } else if (v < 0.0 || v > 1.0) {
+            v = std::clamp(v, 0.0, 1.0);
+            u = best.u + (along_u - b * (v - best.v)) / a;
+        }
+        u = std::clamp(u, 0.0, 1.0);
+        v = std::clamp(v, 0.0, 1.0);
+        at = evaluate(u, v);
+        const double distance = (query - at.position).norm();
+        if (!(distance < best.distance)) break;
+        best = {best.site, u, v, at.position, at.normal, distance};
+    }
+    return best;
+}
+
+std::vector<NearLimit> LimitSearch::nearest(const Points& control_points,
+                                            const std::vector<Vec3>& queries) const {
+    static const auto facets = facets_of_site();
+    Points grid;
+    grid_.apply(control_points, grid);
+    const auto corners = [&](int number) {
+        const std::size_t site = std::size_t(number) / facets.size();
+        std::array<Vec3, 3> result;
+        for (std::size_t k = 0; k < 3; ++k) {
+            result[k] =
+                grid.row(grid_.site_rows()[site] + facets[std::size_t(number) % facets.size()][k])
+                    .transpose();
+        }
+        return result;
+    };
+    std::vector<geom::Box3> boxes(sites_.size() * facets.size());
+    for (std::size_t t = 0; t < boxes.size(); ++t) {
+        for (const Vec3& p : corners(int(t))) boxes[t].add(p);
+    }
+    const geom::Bvh tree(boxes);
+    std::vector<NearLimit> result(queries.size());
+    base::parallel_for(queries.size(), 64, [&](std::size_t first, std::size_t last) {
+        NearestSites near;
+        for (std::size_t q = first; q < last; ++q) {
+            const Vec3& query = queries[q];
+            near.clear();
+            tree.nearest(query, std::numeric_limits<double>::infinity(), [&](int t, double bound) {
+                const auto corner = corners(t);
+                const Vec3 w = geom::nearest_weights(query, corner);
+                const Vec3 point = w[0] * corner[0] + w[1] * corner[1] + w[2] * corner[2];
+                const double distance = (point - query).norm();
+                if (!(distance < bound)) return bound;
+                const double side =
+                    std::max((corner[1] - corner[0]).norm(), (corner[2] - corner[0]).norm());
+                const auto& facet = facets[std::size_t(t) % facets.size()];
+                NearLimit start{.site = t / int(facets.size()), .distance = distance};
+                for (std::size_t k = 0; k < 3; ++k) {
+                    start.u += w[Eigen::Index(k)] * (facet[k] / (n + 1)) / n;
+                    start.v += w[Eigen::Index(k)] * (facet[k] % (n + 1)) / n;
+                }
+                start.u = std::min(start.u, 1.0);  // weights may add up to a little more than 1
+                start.v = std::min(start.v, 1.0);
+                near.add(start);
+                return std::min(bound, distance + bulge * side);
+            });
+            result[q].distance = std::numeric_limits<double>::infinity();
+            for (const NearLimit& start : near.sites()) {
+                const NearLimit found = improved(control_points, start, query);
+                if (found.distance < result[q].distance) result[q] = found;
+            }
+        }
+    });
+    return result;
+}
+
+}  // namespace patchwright::fit

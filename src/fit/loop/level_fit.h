@@ -1,0 +1,69 @@
+// The fit on one level of refinement.
+#pragma once
+
+#include "fit/match/feature_match.h"
+
+#include <patchwright/fit/fit.h>
+
+#include <cmath>
+#include <optional>
+
+namespace patchwright::fit {
+
+struct Distances {
+    double sum_of_squares = 0.0;
+    double max = 0.0;
+    std::int64_t count = 0;
+
+    void add(double distance) {
+        sum_of_squares += distance * distance;
+        max = std::max(max, distance);
+        ++count;
+    }
+    void add(const Distances& others) {
+        sum_of_squares += others.sum_of_squares;
+        max = std::max(max, others.max);
+        count += others.count;
+    }
+    [[nodiscard]] double rms() const {
+        return count > 0 ? std::sqrt(sum_of_squares / double(count)) : 0.0;
+    }
+};
+
+inline std::optional<geom::Vec3> unit_or_none(const geom::Vec3& v) {
+    const double norm = v.norm();
+    if (norm > 0.0) return geom::Vec3(v / norm);
+    return std::nullopt;
+}
+
+/// Where a limit point belongs: the nearest point, but not on the far side of something thin.
+/// Around a rounded edge normals turn by half a circle within a short way; a nearest point that
+/// faces sideways is on that edge, and the next one that faces the limit's normal may be far from
+/// it. In a small fold normals point to the wrong side, which shows by how far that is away.
+/// @param reach  no point is farther from where it belongs, millimetres
+inline geom::FootPoint foot_on_side(const geom::ReferenceSurface& reference,
+                                    const geom::Vec3& point, const std::optional<geom::Vec3>& side,
+                                    double reach) {
+    constexpr double opposite = -0.5;
+    const geom::FootPoint nearest = reference.foot_point(point);
+    if (!side || nearest.normal.dot(*side) > opposite) return nearest;
+    const geom::FootPoint facing = reference.foot_point(point, side);
+    return facing.distance <= reach ? facing : nearest;
+}
+
+struct LevelFit {
+    geom::Points points;
+    CurveSampling curves;
+    FeatureMatch match;
+    int symmetry_axis = -1;
+};
+
+/// Control points whose limit surface is near the reference: rounds of projecting samples and
+/// solving, until near enough or no longer improving. Counts them in `level`.
+/// @param points  of the reference, which the limit surface is to come near, too
+/// @param side_reach  see foot_on_side
+LevelFit fit_level(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
+                   const std::vector<geom::Vec3>& points, const FitOptions& options,
+                   double side_reach, FitLevel& level);
+
+}  // namespace patchwright::fit

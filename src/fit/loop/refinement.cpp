@@ -1,0 +1,265 @@
+#include "fit/loop/refinement.h"
+
+#include "fit/solve/step_operator.h"
+
+#include <patchwright/mesh/chords.h>
+#include <patchwright/subd/refine.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace patchwright::fit {
+
+namespace {
+
+using mesh::FaceId;
+using mesh::Topology;
+
+// A direction is too coarse when it has at least this share of the changes along both.
+constexpr double coarse_share = 0.2;
+// Cuts after which a face that came no nearer is left alone: what is left is a feature that the
+// cage lacks.
+constexpr int patience = 5;
+// Splitting all faces leaves the limit surface as it is; splitting most is not worth moving it.
+constexpr double most = 0.7;
+// Factor of the bending energy of the change when limit points go back to the coarse surface.
+constexpr double stiffness = 1e-3;
+
+/// Bits as in ChordSplit::cuts.
+int wanted_cuts(const FaceError& error, double tolerance) {
+    int cuts = (error.curve_u > tolerance ? 1 : 0) + (error.curve_v > tolerance ? 2 : 0);
+    if (std::max(error.max, error.reverse) > tolerance) {
+        const double both = error.change_u + error.change_v;
+        if (error.change_u >= coarse_share * both) cuts |= 1;
+        if (error.change_v >= coarse_share * both) cuts |= 2;
+    }
+    return cuts;
+}
+
+/// What is missed beyond the tolerance in a face whose own samples are not half as far away: it is
+/// narrower than they are apart.
+struct UnseenPlace {
+    FaceId face;
+    Eigen::Vector2d at;  ///< in the face
+    int cuts = 0;        ///< directions in which it is narrow, as in ChordSplit::cuts
+    double size = 0.0;   ///< its distance, millimetres
+};
+
+/// Widths of a face's control polygon along u and along v.
+std::array<double, 2> widths(const mesh::Cage& cage, FaceId f) {
+    const auto corners = cage.topology->corners(f);
+    const auto length = [&](int i) {
+        return (cage.points.row(cage.topology->vertex(corners[(i + 1) % 4]).value) -
+                cage.points.row(cage.topology->vertex(corners[i]).value))
+            .norm();
+    };
+    return {0.5 * (length(0) + length(2)), 0.5 * (length(1) + length(3))};
+}
+
+std::vector<UnseenPlace> unseen_places(const mesh::Cage& cage, const LevelError& error) {
+    constexpr double seen = 0.5, narrow = 4.0;  // times the distance
+    constexpr int fewest = 3;                   // points that tell how wide it is
+    std::vector<UnseenPlace> places;
+    for (const FaceId f : cage.topology->faces()) {
+        const FaceError& face = error.faces[f.index()];
+        if (face.max > seen * face.reverse || face.beyond_count < fewest) continue;
+        const auto width = widths(cage, f);
+        UnseenPlace place{f, face.reverse_at, 0, face.reverse};
+        for (int i = 0; i < 2; ++i)
+            if (face.beyond.sizes()[i] * width[std::size_t(i)] < narrow * face.reverse)
+                place.cuts |= 1 << i;
+        if (place.cuts != 0) places.push_back(place);
+    }
+    return places;
+}
+
+std::vector<FaceHistory> inherit(const std::vector<FaceId>& parents, const std::vector<int>& cuts,
+                                 const LevelError& error, const std::vector<FaceHistory>& history) {
+    std::vector<FaceHistory> result;
+    for (const FaceId parent : parents) {
+        const int cut = cuts[parent.index()];
+        if (cut == 0) {
+            result.push_back(history[parent.index()]);
+            continue;
+        }
+        const FaceHistory& old = history[parent.index()];
+        result.push_back({error.faces[parent.index()].largest(), old.cuts + (cut == 3 ? 2 : 1)});
+    }
+    return result;
+}
+
+NextLevel refine_everywhere(const mesh::Cage& cage, const LevelError& error,
+                            const std::vector<FaceHistory>& history) {
+    NextLevel next;
+    next.cage = subd::refine(cage, 1);
+    std::vector<FaceId> parents;
+    for (const FaceId f : cage.topology->faces()) {
+        parents.insert(parents.end(), std::size_t(cage.topology->size(f)), f);
+    }
+    next.history = inherit(parents, std::vector<int>(error.faces.size(), 3), error, history);
+    return next;
+}
+
+// Of a face's children in the order in which they are made, in u and in v.
+constexpr std::array<std::array<int, 2>, 4> quarters{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+
+/// Limit points of the old cage where the samples of the new one's faces come from.
+geom::Points former_limit(const mesh::Cage& cage, const mesh::ChordSplit& fine,
+                          const subd::ParameterSet& set) {
+    const subd::LimitEvaluator evaluator(cage.topology);
+    geom::Points limit(Eigen::Index(fine.parents.size() * set.size()), 3);
+    Eigen::Index row = 0;
+    int child = 0;
+    for (std::size_t f = 0; f < fine.parents.size(); ++f) {
+        const FaceId parent = fine.parents[f];
+        child = f > 0 && fine.parents[f - 1] == parent ? child + 1 : 0;
+        const int cuts = fine.cuts[parent.index()];
+        const auto& quarter = quarters[std::size_t(child)];
+        const double u0 = cuts == 1 ? child : quarter[0], v0 = cuts == 2 ? child : quarter[1];
+        for (const Eigen::Vector2d& at : set) {
+            const double u = (cuts & 1) != 0 ? 0.5 * (u0 + at.x()) : at.x();
+            const double v = (cuts & 2) != 0 ? 0.5 * (v0 + at.y()) : at.y();
+            limit.row(row++) = evaluator.position(cage.points, {parent, u, v}).transpose();
+        }
+    }
+    return limit;
+}
+
+/// The places in the children that hold them.
+void pass_on(std::vector<UnseenPlace>& places, const mesh::ChordSplit& fine) {
+    std::vector<int> first_child(fine.cuts.size(), -1);
+    for (std::size_t f = fine.parents.size(); f-- > 0;)
+        first_child[fine.parents[f].index()] = int(f);
+    for (UnseenPlace& place : places) {
+        const int cuts = fine.cuts[place.face.index()];
+        std::array<int, 2> half{0, 0};
+        for (int i = 0; i < 2; ++i) {
+            if ((cuts >> i & 1) == 0) continue;
+            half[std::size_t(i)] = place.at[i] < 0.5 ? 0 : 1;
+            place.at[i] = 2.0 * place.at[i] - half[std::size_t(i)];
+        }
+        const auto quarter = std::find(quarters.begin(), quarters.end(), half) - quarters.begin();
+        place.face = FaceId{first_child[place.face.index()] +
+                            (cuts == 3 ? int(quarter) : std::max(half[0], half[1]))};
+    }
+}
+
+/// The cage with strips split, near its limit surface.
+mesh::Cage split_strips(const mesh::Cage& cage, const mesh::ChordSplit& fine) {
+    const Topology& t = *cage.topology;
+    mesh::Cage next;
+    next.topology = fine.topology;
+    next.points.resize(fine.topology->vertex_count(), 3);
+    for (Eigen::Index v = 0; v < next.points.rows(); ++v) {
+        const auto& at = fine.vertices[std::size_t(v)];
+        const auto corners = t.corners(at.face);
+        const std::array<double, 4> weight{(1 - at.u) * (1 - at.v), at.u * (1 - at.v), at.u * at.v,
+                                           (1 - at.u) * at.v};
+        next.points.row(v).setZero();
+        for (int i = 0; i < 4; ++i) {
+            next.points.row(v) +=
+                weight[std::size_t(i)] * cage.points.row(t.vertex(corners[i]).value);
+        }
+    }
+    // Back to the coarse limit surface: least squares at equal parameters, a little stiff.
+    const auto set = interior_grid(3);
+    const auto sites = face_sites(*fine.topology);
+    const subd::LimitOperator samples(*fine.topology, {set}, sites);
+    const subd::LimitOperator bending(*fine.topology, {interior_grid(2)}, sites,
+                                      subd::SampleRows::Bending);
+    PointConstraints pins{.held = std::vector<std::uint8_t>(fine.vertices.size(), 0)};
+    for (const mesh::VertexId v : t.vertices()) {
+        if (t.is_pinned(v)) pins.held[v.index()] = PointConstraints::all;
+    }
+    geom::Points limit;
+    samples.apply(next.points, limit);
+    const geom::Points change = former_limit(cage, fine, set) - limit;
+    const SampleWeights weights{geom::Points::Zero(change.rows(), 3),
+                                Eigen::VectorXd::Ones(change.rows())};
+    const SampleWeights stiff{.direction = geom::Points::Zero(bending.rows(), 3),
+                              .weight = Eigen::VectorXd::Ones(bending.rows()),
+                              .without = std::sqrt(stiffness)};
+    const StepOperator step(samples, weights, bending, stiff, 0.0, pins);
+    next.points += step.displacements(
+        solve_cgls(step, step.right_side(change, geom::Points::Zero(bending.rows(), 3)),
+                   geom::Points::Zero(step.columns(), 3),
+                   {.max_iterations = 100, .relative_residual = 1e-4, .joint = true})
+            .x);
+    return next;
+}
+
+/// Halves strips at unseen places until they are about as wide as what is missed there.
+void split_at_unseen(NextLevel& next, std::vector<UnseenPlace> places, int max_vertices) {
+    constexpr double wide = 4.0;
+    for (;;) {
+        const Topology& t = *next.cage.topology;
+        const mesh::Chords chords = mesh::find_chords(t);
+        std::vector<char> chosen(std::size_t(chords.count), 0);
+        bool any = false;
+        for (const UnseenPlace& place : places) {
+            const auto width = widths(next.cage, place.face);
+            for (int i = 0; i < 2; ++i) {
+                if ((place.cuts >> i & 1) == 0 || width[std::size_t(i)] <= wide * place.size)
+                    continue;
+                const mesh::EdgeId side = t.edge(t.corners(place.face)[i]);
+                chosen[std::size_t(chords.of_edge[side.index()])] = 1;
+                any = true;
+            }
+        }
+        if (!any) return;
+        const mesh::ChordSplit fine = split_chords(t, chords, chosen);
+        if (fine.topology->vertex_count() > max_vertices) return;
+        std::vector<FaceHistory> history;
+        for (const FaceId parent : fine.parents) history.push_back(next.history[parent.index()]);
+        next.cage = split_strips(next.cage, fine);
+        next.history = std::move(history);
+        pass_on(places, fine);
+    }
+}
+
+}  // namespace
+
+std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const LevelError& error,
+                                             std::vector<FaceHistory> history,
+                                             const FitOptions& options, Refinement refinement) {
+    const Topology& t = *cage.topology;
+    history.resize(error.faces.size());
+    std::vector<int> cuts(error.faces.size(), 0);
+    bool any = false;
+    for (std::size_t f = 0; f < cuts.size(); ++f) {
+        const double now = error.faces[f].largest();
+        if (now <= options.least_gain * history[f].parent) history[f].cuts = 0;
+        if (now <= options.tolerance_mm || history[f].cuts >= patience) continue;
+        cuts[f] = wanted_cuts(error.faces[f], options.tolerance_mm);
+        any = true;
+    }
+    if (!any) return std::nullopt;
+    if (refinement == Refinement::Local && t.all_quads()) {
+        const mesh::Chords chords = mesh::find_chords(t);
+        std::vector<char> chosen(std::size_t(chords.count), 0);
+        for (const FaceId f : t.faces()) {
+            for (int i = 0; i < 2; ++i) {
+                if ((cuts[f.index()] >> i & 1) == 0) continue;
+                chosen[std::size_t(chords.of_edge[t.edge(t.corners(f)[i]).index()])] = 1;
+            }
+        }
+        const auto edges = std::count_if(chords.of_edge.begin(), chords.of_edge.end(),
+                                         [&](int c) { return chosen[std::size_t(c)] != 0; });
+        if (double(edges) < most * t.edge_count()) {
+            const mesh::ChordSplit fine = split_chords(t, chords, chosen);
+            if (fine.topology->vertex_count() > options.max_vertices) return std::nullopt;
+            NextLevel next{.cage = split_strips(cage, fine),
+                           .history = inherit(fine.parents, fine.cuts, error, history),
+                           .local = true};
+            std::vector<UnseenPlace> places = unseen_places(cage, error);
+            pass_on(places, fine);
+            split_at_unseen(next, std::move(places), options.max_vertices);
+            return next;
+        }
+    }
+    if (4 * t.vertex_count() > options.max_vertices) return std::nullopt;
+    return refine_everywhere(cage, error, history);
+}
+
+}  // namespace patchwright::fit

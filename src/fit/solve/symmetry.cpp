@@ -1,0 +1,158 @@
+#include "fit/solve/symmetry.h"
+
+#include <patchwright/base/error.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace patchwright::fit {
+
+namespace {
+
+using geom::Vec3;
+using mesh::CornerId;
+using mesh::EdgeId;
+using mesh::VertexId;
+
+constexpr int curve_samples = 24;
+// The sine of half a degree: what still counts as a right angle.
+constexpr double right_angle = 0.0087;
+
+class PlaneSearch {
+  public:
+    PlaneSearch(const geom::ReferenceSurface& reference, const FitOptions& options)
+        : reference_(reference),
+          diagonal_(reference.bounds().diagonal()),
+          off_(std::min(1e-5 * diagonal_, 0.1 * options.tolerance_mm)) {}
+
+    [[nodiscard]] bool ends_at(int axis) const {
+        const geom::Box3 box = reference_.bounds();
+        return std::abs(box.min[axis]) <= off_ || std::abs(box.max[axis]) <= off_;
+    }
+
+    [[nodiscard]] bool lies_in(const FeaturePath& path, int axis) const {
+        if (path.empty()) return false;
+        bool inside = true;
+        visit(path, [&](const Vec3& p) { inside = inside && std::abs(p[axis]) <= off_; });
+        return inside;
+    }
+
+    [[nodiscard]] bool is_at_right_angles(const FeaturePath& path, int axis) const {
+        const geom::Box3 box = reference_.bounds();
+        const double inward = std::copysign(1e-4 * diagonal_, box.centre()[axis]);
+        bool right = true;
+        visit(path, [&](const Vec3& p) {
+            const auto foot = reference_.foot_point(p + inward * Vec3::Unit(axis));
+            right = right && foot.distance < 0.1 * std::abs(inward) &&
+                    std::abs(foot.normal[axis]) <= right_angle;
+        });
+        return right;
+    }
+
+    [[nodiscard]] bool is_near(double coordinate) const { return std::abs(coordinate) <= off_; }
+
+  private:
+    template <class Visit>
+    void visit(const FeaturePath& path, const Visit& visit_point) const {
+        for (const FeaturePiece& piece : path) {
+            for (int k = 0; k <= curve_samples; ++k) {
+                const double s = piece.range.from +
+                                 double(k) / curve_samples * (piece.range.to - piece.range.from);
+                visit_point(reference_.point_on_curve(piece.curve, s).point);
+            }
+        }
+    }
+
+    const geom::ReferenceSurface& reference_;
+    double diagonal_;
+    double off_;
+};
+
+/// The other ends of the edges at a vertex.
+std::vector<VertexId> neighbours(const mesh::Topology& topology, VertexId v) {
+    std::vector<VertexId> result;
+    const CornerId first = topology.corner(v);
+    for (CornerId c = first;;) {
+        result.push_back(topology.vertex(topology.next(c)));
+        const CornerId arriving = topology.previous(c);
+        c = topology.twin(arriving);
+        if (!c.valid()) {
+            result.push_back(topology.vertex(arriving));
+            return result;
+        }
+        if (c == first) return result;
+    }
+}
+
+SymmetryPlane on_plane(int axis, const mesh::Topology& topology, const geom::Points& points,
+                       const CurveSampling& curves, const FeatureMatch& match,
+                       const PlaneSearch& search) {
+    SymmetryPlane plane{.axis = axis};
+    std::vector<char> on(std::size_t(topology.vertex_count()), 0);
+    // What all chains through a vertex agree on.
+    std::map<VertexId, bool> right;
+    for (std::size_t k = 0; k < curves.chains.size(); ++k) {
+        if (!search.lies_in(match.paths[k], axis)) continue;
+        const bool is_right = search.is_at_right_angles(match.paths[k], axis);
+        for (const VertexId v : curves.chains[k].vertices) {
+            on[v.index()] = 1;
+            const auto [entry, added] = right.try_emplace(v, is_right);
+            entry->second = entry->second && is_right;
+        }
+    }
+    if (right.empty()) return {};
+    for (const VertexId v : topology.vertices()) {
+        if (search.is_near(points(v.value, axis))) on[v.index()] = 1;
+        if (on[v.index()] != 0) plane.vertices.push_back(v.value);
+    }
+    std::map<int, int> leaders;  // of a follower; -1 where there are several
+    for (const auto& [v, is_right] : right) {
+        if (!is_right) continue;
+        std::vector<VertexId> beyond;
+        for (const VertexId n : neighbours(topology, v)) {
+            if (on[n.index()] == 0) beyond.push_back(n);
+        }
+        if (beyond.size() != 1 || topology.is_pinned(beyond[0])) continue;
+        const auto [entry, added] = leaders.try_emplace(beyond[0].value, v.value);
+        if (!added) entry->second = -1;
+    }
+    for (const auto& [v, leader] : leaders) {
+        if (leader >= 0) plane.followers.emplace_back(v, leader);
+    }
+    return plane;
+}
+
+}  // namespace
+
+SymmetryPlane find_symmetry(const mesh::Topology& topology, const geom::Points& points,
+                            const CurveSampling& curves, const FeatureMatch& match,
+                            const geom::ReferenceSurface& reference, const FitOptions& options) {
+    if (options.symmetry == Symmetry::None) return {};
+    const PlaneSearch search(reference, options);
+    const auto plane = [&](int axis) {
+        return on_plane(axis, topology, points, curves, match, search);
+    };
+    if (options.symmetry != Symmetry::Detect) {
+        const int axis = static_cast<int>(options.symmetry) - static_cast<int>(Symmetry::X);
+        SymmetryPlane asked = plane(axis);
+        if (asked.axis < 0) {
+            throw base::InvalidArgument(fmt::format(
+                "symmetry: no sharp edges or borders of the cage belong to edges of the model that "
+                "lie on the plane {} = 0",
+                "xyz"[axis]));
+        }
+        return asked;
+    }
+    SymmetryPlane best;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (!search.ends_at(axis)) continue;
+        SymmetryPlane found = plane(axis);
+        if (found.vertices.size() > best.vertices.size()) best = std::move(found);
+    }
+    return best;
+}
+
+}  // namespace patchwright::fit

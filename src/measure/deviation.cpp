@@ -1,0 +1,119 @@
+#include "measure/deviation_bound.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/base/parallel.h>
+#include <patchwright/measure/deviation.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+namespace patchwright::measure {
+
+namespace {
+
+// Of the diagonal.
+constexpr double places_apart = 0.05, bound_slack = 1e-5;
+
+void require_samples(int samples) {
+    if (samples < 1) {
+        throw base::InvalidArgument(fmt::format("{} samples: at least one is needed", samples));
+    }
+}
+
+}  // namespace
+
+measure::Deviation measure_deviation(const geom::ModelSurface& from, const geom::ModelSurface& to,
+                                     const DeviationMeasure& options) {
+    require_samples(options.samples);
+    const std::vector<geom::SurfaceSample> points = from.sample(options.samples);
+    std::vector<measure::DistanceSample> distances(points.size());
+    // In blocks, as progress is reported from the calling thread only.
+    constexpr std::size_t block = 8192, grain = 128;
+    for (std::size_t start = 0; start < points.size(); start += block) {
+        base::report_progress(options.progress, "deviation", double(start) / double(points.size()));
+        const std::size_t count = std::min(block, points.size() - start);
+        base::parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = start + begin; i < start + end; ++i) {
+                distances[i] = {points[i].point, points[i].face,
+                                to.foot_point(points[i].point).distance, points[i].weight};
+            }
+        });
+    }
+    base::report_progress(options.progress, "deviation", 1.0);
+    const double diagonal = from.bounds().diagonal();
+    measure::Deviation result =
+        measure::deviation_statistics(distances, {.apart_mm = places_apart * diagonal});
+    if (options.with_bound) result.bound = measure_bound(from, to, result.max, options.progress);
+    return result;
+}
+
+double measure_bound(const geom::ModelSurface& from, const geom::ModelSurface& to, double found_mm,
+                     const base::Progress& progress) {
+    return deviation_bound(from, to,
+                           {.at_least = found_mm,
+                            .slack_mm = bound_slack * from.bounds().diagonal(),
+                            .progress = progress});
+}
+
+std::optional<measure::Deviation> measure_feature_deviation(const geom::ModelSurface& from,
+                                                            const geom::ModelSurface& to,
+                                                            geom::FeatureKind kind, int samples) {
+    require_samples(samples);
+    double length = 0.0;
+    for (const geom::FeatureCurve& curve : from.features().curves)
+        length += curve.kind == kind ? curve.length : 0.0;
+    if (!(length > 0.0)) return std::nullopt;
+    std::vector<measure::DistanceSample> distances;
+    for (const auto& sample : from.sample_curves(kind, length / samples)) {
+        const auto nearest = to.feature_point(sample.point, kind);
+        if (!nearest) return std::nullopt;
+        distances.push_back({sample.point, sample.curve, nearest->distance, sample.weight});
+    }
+    return measure::deviation_statistics(distances,
+                                         {.apart_mm = places_apart * from.bounds().diagonal()});
+}
+
+std::vector<SharpCurveDistance> measure_sharp_curves(const geom::ModelSurface& from,
+                                                     const geom::ModelSurface& to,
+                                                     double longer_than_mm) {
+    using geom::FeatureKind;
+    constexpr int samples = 65;
+    constexpr double least_kink_rad = 0.02;
+    std::vector<int> kinked;  // less than sharp ones are
+    const auto& others = to.features().curves;
+    for (std::size_t i = 0; i < others.size(); ++i)
+        if (others[i].kind == FeatureKind::Smooth && others[i].greatest_angle_rad > least_kink_rad)
+            kinked.push_back(int(i));
+    const auto distance = [&](const geom::Vec3& p, bool any_edge) {
+        const auto sharp = to.feature_point(p, FeatureKind::Sharp);
+        double nearest = sharp ? sharp->distance : std::numeric_limits<double>::infinity();
+        for (const int curve : kinked)
+            nearest = std::min(nearest, to.nearest_on_curve(curve, p).distance);
+        if (!any_edge) return nearest;
+        const auto smooth = to.feature_point(p, FeatureKind::Smooth);
+        return smooth ? std::min(nearest, smooth->distance) : nearest;
+    };
+    const auto& curves = from.features().curves;
+    std::vector<SharpCurveDistance> result;
+    for (std::size_t i = 0; i < curves.size(); ++i) {
+        const geom::FeatureCurve& curve = curves[i];
+        if (curve.kind != FeatureKind::Sharp || !(curve.length > longer_than_mm)) continue;
+        const bool fades = curve.least_angle_rad < geom::default_sharp_angle_rad;
+        SharpCurveDistance found{.curve = int(i), .length = curve.length};
+        for (int k = 0; k < samples; ++k) {
+            const geom::Vec3 p =
+                from.point_on_curve(int(i), curve.length * k / (samples - 1)).point;
+            const double nearest = distance(p, fades);
+            if (nearest < found.distance) continue;
+            found.distance = nearest;
+            found.at = p;
+        }
+        result.push_back(found);
+    }
+    return result;
+}
+
+}  // namespace patchwright::measure

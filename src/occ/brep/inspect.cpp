@@ -1,0 +1,277 @@
+#include "occ/exchange/cad_model_impl.h"
+#include "occ/foot/tight_bounds.h"
+#include "occ/kernel_guard.h"
+#include "occ/kernel_points.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/occ/inspect.h>
+
+#include <BRepAdaptor_Surface.hxx>
+#include <BRepCheck_Analyzer.hxx>
+#include <BRepGProp.hxx>
+#include <BRep_Tool.hxx>
+#include <GProp_GProps.hxx>
+#include <Geom2d_Curve.hxx>
+#include <Geom_BSplineSurface.hxx>
+#include <Geom_RectangularTrimmedSurface.hxx>
+#include <ShapeAnalysis_ShapeTolerance.hxx>
+#include <TopExp.hxx>
+#include <TopExp_Explorer.hxx>
+#include <TopTools_IndexedMapOfShape.hxx>
+#include <TopoDS.hxx>
+#include <TopoDS_Edge.hxx>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <unordered_map>
+
+namespace patchwright::occ {
+
+namespace {
+
+std::string kind_of(const TopoDS_Face& face) {
+    const BRepAdaptor_Surface surface(face, false);
+    switch (surface.GetType()) {
+        case GeomAbs_Plane: return "plane";
+        case GeomAbs_Cylinder: return "cylinder";
+        case GeomAbs_Cone: return "cone";
+        case GeomAbs_Sphere: return "sphere";
+        case GeomAbs_Torus: return "torus";
+        case GeomAbs_SurfaceOfRevolution: return "revolution";
+        case GeomAbs_SurfaceOfExtrusion: return "extrusion";
+        case GeomAbs_OffsetSurface: return "offset";
+        case GeomAbs_BezierSurface:
+        case GeomAbs_BSplineSurface: {
+            const bool rational = surface.IsURational() || surface.IsVRational();
+            return fmt::format("{} {}x{}{}",
+                               surface.GetType() == GeomAbs_BezierSurface ? "bezier" : "bspline",
+                               surface.UDegree(), surface.VDegree(), rational ? " rational" : "");
+        }
+        default: return "other";
+    }
+}
+
+/// Whether the face is a whole non-rational bicubic B-spline surface, trimmed by nothing.
+bool is_whole_bicubic(const TopoDS_Face& face) {
+    Handle(Geom_Surface) surface = BRep_Tool::Surface(face);
+    if (const auto trimmed = Handle(Geom_RectangularTrimmedSurface)::DownCast(surface);
+        !trimmed.IsNull()) {
+        surface = trimmed->BasisSurface();
+    }
+    const auto spline = Handle(Geom_BSplineSurface)::DownCast(surface);
+    if (spline.IsNull() || spline->IsURational() || spline->IsVRational() ||
+        spline->UDegree() != 3 || spline->VDegree() != 3) {
+        return false;
+    }
+    double u0 = 0, u1 = 0, v0 = 0, v1 = 0;
+    spline->Bounds(u0, u1, v0, v1);
+    const auto on_border = [&](const gp_Pnt2d& p) {
+        const double u = std::min(p.X() - u0, u1 - p.X()) / (u1 - u0);
+        const double v = std::min(p.Y() - v0, v1 - p.Y()) / (v1 - v0);
+        return std::min(std::abs(u), std::abs(v)) < 1e-6;
+    };
+    // Every boundary curve lies on the border, and together they are as long as it is.
+    double covered = 0.0;
+    for (TopExp_Explorer it(face, TopAbs_EDGE); it.More(); it.Next()) {
+        double first = 0, last = 0;
+        const Handle(Geom2d_Curve) curve =
+            BRep_Tool::CurveOnSurface(TopoDS::Edge(it.Current()), face, first, last);
+        if (curve.IsNull()) return false;
+        for (const double s : {0.0, 0.3, 0.5, 0.7, 1.0}) {
+            if (!on_border(curve->Value(first + s * (last - first)))) return false;
+        }
+        const gp_Vec2d chord(curve->Value(first), curve->Value(last));
+        covered += std::abs(chord.X()) / (u1 - u0) + std::abs(chord.Y()) / (v1 - v0);
+    }
+    return std::abs(covered - 4.0) < 1e-6;
+}
+
+void count_edges(const TopoDS_Shape& shape, Inspection& result) {
+    const std::vector<int> uses = edge_uses(shape);
+    result.edges = static_cast<int>(uses.size());
+    result.free_edges = static_cast<int>(std::count(uses.begin(), uses.end(), 1));
+    result.nonmanifold_edges =
+        static_cast<int>(std::count_if(uses.begin(), uses.end(), [](int n) { return n > 2; }));
+    result.closed = result.faces > 0 && result.free_edges == 0 && result.nonmanifold_edges == 0;
+}
+
+int count(const TopoDS_Shape& shape, TopAbs_ShapeEnum what) {
+    TopTools_IndexedMapOfShape map;
+    TopExp::MapShapes(shape, what, map);
+    return map.Extent();
+}
+
+Inspection inspect_shape(const CadModel& model) {
+    const TopoDS_Shape& shape = model.impl().shape;
+    Inspection result;
+    result.solids = count(shape, TopAbs_SOLID);
+    result.vertices = count(shape, TopAbs_VERTEX);
+    for (TopExp_Explorer it(shape, TopAbs_SHELL); it.More(); it.Next()) {
+        (BRep_Tool::IsClosed(it.Current()) ? result.shells_closed : result.shells_open) += 1;
+    }
+    result.all_bicubic = true;
+    for (const TopoDS_Face& face : faces_of(model)) {
+        ++result.faces;
+        ++result.faces_by_kind[kind_of(face)];
+        result.all_bicubic = result.all_bicubic && is_whole_bicubic(face);
+    }
+    result.all_bicubic = result.all_bicubic && result.faces > 0;
+    count_edges(shape, result);
+
+    result.bounds = tight_bounds(shape);
+    GProp_GProps properties;
+    BRepGProp::SurfaceProperties(shape, properties);
+    result.area_mm2 = properties.Mass();
+    for (TopExp_Explorer it(shape, TopAbs_SOLID); it.More(); it.Next()) {
+        GProp_GProps of_solid;
+        BRepGProp::VolumeProperties(it.Current(), of_solid);
+        result.volume_mm3 += of_solid.Mass();
+    }
+    result.max_tolerance_mm = ShapeAnalysis_ShapeTolerance().Tolerance(shape, 1);
+    result.valid = BRepCheck_Analyzer(shape).IsValid();
+    return result;
+}
+
+/// Points in cells of a grid, so that looking one up does not look at all.
+class PointGrid {
+  public:
+    PointGrid(const geom::Points& points, double reach) : points_(points), reach_(reach) {
+        for (Eigen::Index i = 0; i < points.rows(); ++i)
+            cells_.emplace(key(cell(points.row(i))), i);
+    }
+    [[nodiscard]] bool has_near(const geom::Vec3& p) const {
+        const auto at = cell(p.transpose());
+        for (int k = 0; k < 27; ++k) {
+            const auto [first, last] = cells_.equal_range(
+                key({at[0] + k % 3 - 1, at[1] + k / 3 % 3 - 1, at[2] + k / 9 - 1}));
+            for (auto it = first; it != last; ++it) {
+                if ((points_.row(it->second).transpose() - p).norm() <= reach_) return true;
+            }
+        }
+        return false;
+    }
+
+  private:
+    using Cell = std::array<std::int64_t, 3>;
+    [[nodiscard]] Cell cell(const Eigen::RowVector3d& p) const {
+        return {std::llround(p.x() / reach_), std::llround(p.y() / reach_),
+                std::llround(p.z() / reach_)};
+    }
+    static std::uint64_t key(const Cell& c) {
+        return std::uint64_t(c[0]) * 0x9E3779B97F4A7C15u ^
+               std::uint64_t(c[1]) * 0xC2B2AE3D27D4EB4Fu ^
+               std::uint64_t(c[2]) * 0x165667B19E3779F9u;
+    }
+    const geom::Points& points_;
+    double reach_;
+    std::unordered_multimap<std::uint64_t, Eigen::Index> cells_;
+};
+
+/// One face's view of an edge.
+struct EdgeSide {
+    TopoDS_Face face;
+    TopoDS_Edge edge;
+};
+
+/// Evaluates a face along one of its edges.
+class SideProbe {
+  public:
+    explicit SideProbe(const EdgeSide& side)
+        : surface_(side.face, false), reversed_(side.face.Orientation() == TopAbs_REVERSED) {
+        curve_ = BRep_Tool::CurveOnSurface(side.edge, side.face, first_, last_);
+    }
+    [[nodiscard]] bool usable() const { return !curve_.IsNull(); }
+    /// @param share  of the edge's range, 0 to 1
+    void at(double share, geom::Vec3& point, geom::Vec3& normal) const {
+        const gp_Pnt2d uv = curve_->Value(first_ + share * (last_ - first_));
+        gp_Pnt p;
+        gp_Vec du, dv;
+        surface_.D1(uv.X(), uv.Y(), p, du, dv);
+        point = vec(p);
+        const gp_Vec n = du.Crossed(dv);
+        const double size = n.Magnitude();
+        normal = size > 1e-12 * du.Magnitude() * dv.Magnitude() && size > 0.0
+                     ? geom::Vec3(vec(n) / (reversed_ ? -size : size))
+                     : geom::Vec3::Zero();
+    }
+
+  private:
+    BRepAdaptor_Surface surface_;
+    bool reversed_;
+    Handle(Geom2d_Curve) curve_;
+    double first_ = 0.0;
+    double last_ = 0.0;
+};
+
+/// The angle between unit vectors, accurate for small ones too.
+double angle(const geom::Vec3& a, const geom::Vec3& b) {
+    return 2.0 * std::atan2((a - b).norm(), (a + b).norm());
+}
+
+void measure_edge(const EdgeSide& a, const EdgeSide& b, bool crease, int samples,
+                  patch::Continuity& result) {
+    const SideProbe left(a);
+    const SideProbe right(b);
+    if (!left.usable() || !right.usable()) return;
+    for (int k = 0; k < samples; ++k) {
+        const double share = double(k) / (samples - 1);
+        geom::Vec3 p, q, n, m;
+        left.at(share, p, n);
+        right.at(share, q, m);
+        if ((p - q).norm() > result.max_gap_mm) {
+            result.max_gap_mm = (p - q).norm();
+            result.gap_at = p;
+        }
+        if (crease || n.isZero() || m.isZero()) continue;
+        if (const double kink = angle(n, m); kink > result.max_kink_rad) {
+            result.max_kink_rad = kink;
+            result.kink_at = p;
+        }
+    }
+}
+
+}  // namespace
+
+Inspection inspect(const CadModel& model) {
+    return guard_kernel<base::InputError>("inspecting the model",
+                                          [&] { return inspect_shape(model); });
+}
+
+patch::Continuity measure_continuity(const CadModel& model, const geom::Points& crease_points,
+                                     int samples_per_edge) {
+    if (samples_per_edge < 2)
+        throw base::InvalidArgument("continuity needs at least 2 samples an edge");
+    return guard_kernel<base::InputError>("measuring continuity", [&] {
+        TopTools_IndexedMapOfShape edges;
+        std::vector<std::vector<EdgeSide>> sides;
+        geom::Box3 box;
+        for (const TopoDS_Face& face : faces_of(model)) {
+            for (TopExp_Explorer it(face, TopAbs_EDGE); it.More(); it.Next()) {
+                const TopoDS_Edge& edge = TopoDS::Edge(it.Current());
+                if (BRep_Tool::Degenerated(edge)) continue;
+                const auto number = std::size_t(edges.Add(edge));
+                if (number > sides.size()) sides.emplace_back();
+                sides[number - 1].push_back({face, edge});
+            }
+        }
+        for (TopExp_Explorer it(model.impl().shape, TopAbs_VERTEX); it.More(); it.Next()) {
+            box.add(vec(BRep_Tool::Pnt(TopoDS::Vertex(it.Current()))));
+        }
+        const PointGrid creases(crease_points, std::max(1e-6 * box.diagonal(), 1e-12));
+        patch::Continuity result;
+        for (const auto& pair : sides) {
+            if (pair.size() != 2) continue;
+            double first = 0, last = 0;
+            const Handle(Geom_Curve) curve = BRep_Tool::Curve(pair[0].edge, first, last);
+            const bool crease =
+                !curve.IsNull() && creases.has_near(vec(curve->Value(0.5 * (first + last))));
+            (crease ? result.crease_edges : result.smooth_edges) += 1;
+            measure_edge(pair[0], pair[1], crease, samples_per_edge, result);
+        }
+        return result;
+    });
+}
+
+}  // namespace patchwright::occ

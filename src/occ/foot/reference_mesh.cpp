@@ -1,0 +1,306 @@
+#include "occ/foot/reference_mesh.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/base/parallel.h>
+#include <patchwright/geom/nearest.h>
+
+#include <BRepBuilderAPI_Copy.hxx>
+#include <BRepLib.hxx>
+#include <BRepMesh_IncrementalMesh.hxx>
+#include <BRepTools.hxx>
+#include <BRep_Tool.hxx>
+#include <Geom_Curve.hxx>
+#include <Poly_PolygonOnTriangulation.hxx>
+#include <Poly_Triangulation.hxx>
+#include <Precision.hxx>
+#include <ShapeFix_Edge.hxx>
+#include <TopExp.hxx>
+#include <TopExp_Explorer.hxx>
+#include <TopTools_IndexedMapOfShape.hxx>
+#include <TopoDS.hxx>
+#include <TopoDS_Edge.hxx>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+namespace patchwright::occ {
+
+using geom::Vec3;
+
+namespace {
+
+// Deviations are seen at a few points of a triangle only.
+constexpr double safety = 1.5, turn_safety = 2.0;
+constexpr double angular_deflection_rad = 0.3;
+constexpr double least_turn_rad = 1e-3;
+constexpr double off_face_rel = 1e-5;  // of the deflection; edges nearer than this lie on the face
+
+double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
+    const Vec3 along = b - a;
+    const double length = along.squaredNorm();
+    const double s = length > 0.0 ? std::clamp((p - a).dot(along) / length, 0.0, 1.0) : 0.0;
+    return (a + s * along - p).norm();
+}
+
+using SideMap = std::map<std::pair<int, int>, std::size_t>;
+
+// Largest distance between a piece of boundary curve and what the surface makes of its chord in (u,
+// v).
+double sickle_width(const FaceSurface& surface, const Vec2& a, const Vec2& b,
+                    const Handle(Geom_Curve) & curve, double t0, double t1) {
+    constexpr int pieces = 16;
+    std::array<Vec3, pieces + 1> on_chord;
+    for (int i = 0; i <= pieces; ++i)
+        on_chord[std::size_t(i)] = surface.at(a + (b - a) * i / pieces);
+    double width = 0.0;
+    for (const double s : {0.0, 0.2, 0.4, 0.6, 0.8, 1.0}) {
+        const Vec3 p = vec(curve->Value(t0 + s * (t1 - t0)));
+        double nearest = std::numeric_limits<double>::infinity();
+        for (std::size_t i = 0; i < pieces; ++i)
+            nearest = std::min(nearest, distance_to_segment(p, on_chord[i], on_chord[i + 1]));
+        width = std::max(width, nearest);
+    }
+    return width;
+}
+
+// Between a face's boundary and the chords that stand for it in (u, v) lie sickles that no triangle
+// covers, or that triangles cover though they are not part of the face.
+void add_boundary_errors(const TopoDS_Face& face, const FaceSurface& surface,
+                         const Handle(Poly_Triangulation) & mesh, const TopLoc_Location& location,
+                         const SideMap& sides, std::size_t first, double off_face,
+                         ReferenceMesh& into) {
+    std::vector<MeshTriangle>& triangles = into.triangles;
+    double widest = 0.0;
+    for (TopExp_Explorer it(face, TopAbs_EDGE); it.More(); it.Next()) {
+        const TopoDS_Edge& edge = TopoDS::Edge(it.Current());
+        if (BRep_Tool::Degenerated(edge)) continue;
+        double t0 = 0.0, t1 = 0.0;
+        const Handle(Geom_Curve) curve = BRep_Tool::Curve(edge, t0, t1);
+        const Handle(Poly_PolygonOnTriangulation) polygon =
+            BRep_Tool::PolygonOnTriangulation(edge, mesh, location);
+        if (curve.IsNull() || polygon.IsNull() || !polygon->HasParameters()) {
+            into.covers_edges = false;
+            continue;
+        }
+        const auto& nodes = polygon->Nodes();
+        const auto& at = polygon->Parameters()->Array1();
+        for (int i = nodes.Lower(); i < nodes.Upper(); ++i) {
+            const int k = at.Lower() + i - nodes.Lower();
+            const double width =
+                safety * sickle_width(surface, vec(mesh->UVNode(nodes(i))),
+                                      vec(mesh->UVNode(nodes(i + 1))), curve, at(k), at(k + 1));
+            widest = std::max(widest, width);
+            const auto side = sides.find(std::minmax(nodes(i), nodes(i + 1)));
+            if (side == sides.end()) {
+                into.covers_edges = false;
+                continue;
+            }
+            MeshTriangle& triangle = triangles[side->second];
+            triangle.sickle = std::max(triangle.sickle, width);
+            if (BRep_Tool::Tolerance(edge) > off_face)
+                triangle.spread = std::numeric_limits<double>::infinity();
+        }
+    }
+    for (std::size_t i = first; i < triangles.size(); ++i) triangles[i].overhang = widest;
+}
+
+void append_kernel_mesh(const TopoDS_Face& face, const FaceSurface& surface, int number,
+                        const Handle(Poly_Triangulation) & mesh, const TopLoc_Location& location,
+                        double off_face, ReferenceMesh& into) {
+    std::vector<MeshTriangle>& triangles = into.triangles;
+    SideMap sides;
+    const std::size_t first = triangles.size();
+    const gp_Trsf transform = location.Transformation();
+    for (int i = 1; i <= mesh->NbTriangles(); ++i) {
+        std::array<int, 3> node{};
+        mesh->Triangle(i).Get(node[0], node[1], node[2]);
+        MeshTriangle triangle;
+        triangle.face = number;
+        for (std::size_t k = 0; k < 3; ++k) {
+            triangle.corner[k] = vec(mesh->Node(node[k]).Transformed(transform));
+            triangle.uv[k] = vec(mesh->UVNode(node[k]));
+            triangle.node[k] = into.nodes + node[k] - 1;
+            sides[std::minmax(node[k], node[(k + 1) % 3])] = triangles.size();
+        }
+        triangles.push_back(triangle);
+    }
+    into.nodes += mesh->NbNodes();
+    add_boundary_errors(face, surface, mesh, location, sides, first, off_face, into);
+}
+
+// Covers the rectangle around a face the kernel could not triangulate; what lies outside the trim
+// only costs time, as feet are tested.
+void append_grid(const FaceSurface& surface, int number, ReferenceMesh& into) {
+    constexpr int cells = 48;
+    const Vec2 range = surface.high() - surface.low();
+    using Place = std::array<int, 2>;
+    const auto add = [&](const std::array<Place, 3>& places) {
+        MeshTriangle triangle;
+        triangle.face = number;
+        triangle.overhang = std::numeric_limits<double>::infinity();
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto [i, j] = places[k];
+            triangle.uv[k] = surface.low() + Vec2(range[0] * i / cells, range[1] * j / cells);
+            triangle.corner[k] = surface.at(triangle.uv[k]);
+            triangle.node[k] = into.nodes + i * (cells + 1) + j;
+        }
+        into.triangles.push_back(triangle);
+    };
+    for (int i = 0; i < cells; ++i) {
+        for (int j = 0; j < cells; ++j) {
+            add({Place{i, j}, Place{i + 1, j}, Place{i + 1, j + 1}});
+            add({Place{i, j}, Place{i + 1, j + 1}, Place{i, j + 1}});
+        }
+    }
+    into.nodes += (cells + 1) * (cells + 1);
+    into.covers_edges = false;
+}
+
+// Widens what is known of the triangle's part of the face by one of its points.
+void look_at(MeshTriangle& triangle, const FaceSurface& surface, const Vec2& uv, double& turn) {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    const Vec3 normal = surface.normal(uv);
+    const auto curvature = surface.curvature(uv);
+    const bool regular = curvature && !normal.isZero(0.0) && !triangle.normal.isZero(0.0);
+    turn = std::max(turn, regular ? 2.0 * std::atan2((normal - triangle.normal).norm(),
+                                                     (normal + triangle.normal).norm())
+                                  : infinity);
+    triangle.bend_out = std::max(triangle.bend_out, curvature ? curvature->value[1] : infinity);
+    triangle.bend_in = std::max(triangle.bend_in, curvature ? -curvature->value[0] : infinity);
+}
+
+void measure(MeshTriangle& triangle, const FaceSurface& surface, double size) {
+    const auto& [a, b, c] = triangle.corner;
+    const Vec3 cross = (b - a).cross(c - a);
+    triangle.area = 0.5 * cross.norm();
+    const Vec2 ab = triangle.uv[1] - triangle.uv[0], ac = triangle.uv[2] - triangle.uv[0];
+    const double hand = ab[0] * ac[1] - ab[1] * ac[0] < 0.0 ? -1.0 : 1.0;
+    triangle.normal = surface.orientation() * hand * cross.normalized();
+    double off = 0.0, turn = 0.0;
+    constexpr int cells = 4;
+    for (int i = 0; i <= cells; ++i) {
+        for (int j = 0; i + j <= cells; ++j) {
+            const Vec2 uv = triangle.uv[0] + (i * (triangle.uv[1] - triangle.uv[0]) +
+                                              j * (triangle.uv[2] - triangle.uv[0])) /
+                                                 cells;
+            const Vec3 p = surface.at(uv), w = geom::nearest_weights(p, triangle.corner);
+            off = std::max(off, (w[0] * a + w[1] * b + w[2] * c - p).norm());
+            look_at(triangle, surface, uv, turn);
+        }
+    }
+    // Short spans, which the triangulation leaps over, may be all but kinks.
+    surface.each_span(box_of(triangle.uv), [&](const FaceSurface::Rectangle& span) {
+        for (const double x : {0.03, 0.5, 0.97}) {
+            for (const double y : {0.03, 0.5, 0.97}) {
+                const Vec2 share(x, y);
+                look_at(triangle, surface, span.low + share.cwiseProduct(span.high - span.low),
+                        turn);
+            }
+        }
+    });
+    triangle.turn_rad = turn;
+    const double widest = turn_safety * turn + least_turn_rad;
+    const double spread = widest < 1.2 ? std::tan(widest) : std::numeric_limits<double>::infinity();
+    triangle.spread = std::max(triangle.spread, spread);
+    const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+    const double bend = std::max({triangle.bend_out, triangle.bend_in, 1e-30});
+    triangle.stride = std::min(0.25 * longest, std::max(0.5 / bend, 0.05 * longest));
+    // What is in a sickle beside the triangle is off the triangle by both.
+    triangle.error = triangle.sickle + safety * off + 1e-12 * size;
+}
+
+}  // namespace
+
+FaceSurface::Rectangle box_of(const std::array<Vec2, 3>& uv) {
+    return {uv[0].cwiseMin(uv[1]).cwiseMin(uv[2]), uv[0].cwiseMax(uv[1]).cwiseMax(uv[2])};
+}
+
+SearchableShape make_searchable(const TopoDS_Shape& shape) {
+    SearchableShape result;
+    result.shape = BRepBuilderAPI_Copy(shape, Standard_False, Standard_False).Shape();
+    BRepLib::BuildCurves3d(result.shape);
+    TopTools_IndexedMapOfShape originals, faces;
+    TopExp::MapShapes(shape, TopAbs_FACE, originals);
+    TopExp::MapShapes(result.shape, TopAbs_FACE, faces);
+    if (originals.Extent() != faces.Extent())
+        throw base::InputError("CAD model: faces were lost while copying; heal the file");
+    for (int i = 1; i <= faces.Extent(); ++i) {
+        const TopoDS_Face& face = TopoDS::Face(faces(i));
+        for (TopExp_Explorer it(face, TopAbs_EDGE); it.More(); it.Next()) {
+            const TopoDS_Edge& edge = TopoDS::Edge(it.Current());
+            double first = 0.0, last = 0.0;
+            if (BRep_Tool::CurveOnSurface(edge, face, first, last).IsNull())
+                ShapeFix_Edge().FixAddPCurve(edge, face, Standard_False);
+        }
+        result.faces.push_back(face);
+    }
+    return result;
+}
+
+ReferenceMesh triangulate(const SearchableShape& model, const std::vector<FaceSurface>& surfaces,
+                          double deflection) {
+    const BRepMesh_IncrementalMesh mesher(model.shape, deflection, Standard_False,
+                                          angular_deflection_rad, Standard_True);
+    ReferenceMesh mesh;
+    const double off_face = std::max(off_face_rel * deflection, 2.0 * Precision::Confusion());
+    for (std::size_t i = 0; i < model.faces.size(); ++i) {
+        mesh.first.push_back(mesh.triangles.size());
+        if (surfaces[i].unbounded()) continue;
+        TopLoc_Location location;
+        const Handle(Poly_Triangulation) made = BRep_Tool::Triangulation(model.faces[i], location);
+        if (!made.IsNull() && made->NbTriangles() > 0 && made->HasUVNodes()) {
+            append_kernel_mesh(model.faces[i], surfaces[i], int(i), made, location, off_face, mesh);
+        } else {
+            append_grid(surfaces[i], int(i), mesh);
+            ++mesh.faces_without;
+        }
+    }
+    mesh.first.push_back(mesh.triangles.size());
+    BRepTools::Clean(model.shape);
+
+    geom::Box3 bounds;
+    for (const MeshTriangle& t : mesh.triangles)
+        for (const Vec3& p : t.corner) bounds.add(p);
+    std::vector<geom::TriangleTree::Corners> corners(mesh.triangles.size());
+    std::vector<double> errors(mesh.triangles.size());
+    base::parallel_for(corners.size(), 512, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            MeshTriangle& t = mesh.triangles[i];
+            measure(t, surfaces[std::size_t(t.face)], bounds.diagonal());
+            corners[i] = t.corner;
+            errors[i] = t.error;
+        }
+    });
+    mesh.tree = geom::TriangleTree(corners, errors);
+    const auto up = [](double x) {
+        return std::nextafter(float(x), std::numeric_limits<float>::infinity());
+    };
+    const auto& numbers = mesh.tree.numbers();
+    constexpr std::size_t lanes = geom::TriangleTree::lanes;
+    mesh.seeds.resize(numbers.size() / lanes);
+    mesh.starts.resize(numbers.size());
+    for (std::size_t slot = 0; slot < numbers.size(); ++slot) {
+        const std::int32_t number = numbers[slot];
+        if (number < 0) continue;
+        const MeshTriangle& t = mesh.triangles[std::size_t(number)];
+        SeedBlock& seeds = mesh.seeds[slot / lanes];
+        const std::size_t lane = slot % lanes;
+        seeds.error[lane] = up(t.error);
+        seeds.overhang[lane] = up(t.overhang);
+        seeds.spread[lane] = up(t.spread);
+        seeds.triangle[lane] = number;
+        const auto& [a, b, c] = t.corner;
+        const bool left_is_out = (b - a).cross(c - a).dot(t.normal) > 0.0;
+        mesh.starts[slot] = {
+            t.uv,
+            {up(left_is_out ? t.bend_out : t.bend_in), up(left_is_out ? t.bend_in : t.bend_out)},
+            float(t.stride),
+            t.face};
+    }
+    return mesh;
+}
+
+}  // namespace patchwright::occ

@@ -1,0 +1,116 @@
+// Cages and fits from triangles against the shapes that the triangles stand for.
+#include "support/triangle_shapes.h"
+
+#include <patchwright/cage/make_cage.h>
+#include <patchwright/fit/fit.h>
+#include <patchwright/occ/surface_mesh.h>
+#include <patchwright/subd/limit_operator.h>
+
+#include <catch2/catch.hpp>
+
+#include <functional>
+
+namespace patchwright {
+namespace {
+
+constexpr double tolerance_rel = 1e-3;
+
+struct Fitted {
+    geom::Points limit;  ///< points of the limit surface, 16 a face
+    mesh::Cage cage;
+    double tolerance = 0.0;
+    double worst = 0.0;  ///< by the fit's samples, millimetres
+};
+
+Fitted fitted_to(const geom::MeshReference& reference) {
+    Fitted result;
+    result.tolerance = tolerance_rel * reference.bounds().diagonal();
+    const auto made = cage::make_cage(
+        reference, {.method = cage::Method::Remesh, .tolerance_rel = tolerance_rel});
+    const fit::FitResult fitted =
+        fit::fit(made.cage, reference,
+                 {.tolerance_mm = 0.8 * result.tolerance, .max_levels = 2, .keeps_form = false});
+    result.cage = fitted.cage;
+    const fit::FitLevel& level = fitted.levels[std::size_t(fitted.best_level)];
+    result.worst = std::max(level.max_mm, level.curve_max_mm);
+    std::vector<subd::Site> sites;
+    const mesh::Topology& topology = *fitted.cage.topology;
+    for (const mesh::FaceId f : topology.faces()) {
+        const int sectors = topology.size(f) == 4 ? 1 : topology.size(f);
+        for (int s = 0; s < sectors; ++s) sites.push_back({f, s, 0});
+    }
+    subd::ParameterSet grid;
+    for (const double u : {0.1, 0.4, 0.6, 0.9})
+        for (const double v : {0.1, 0.4, 0.6, 0.9}) grid.push_back({u, v});
+    const subd::LimitOperator limit(topology, {grid}, sites, subd::SampleRows::Points);
+    limit.apply(fitted.cage.points, result.limit);
+    return result;
+}
+
+int creases(const mesh::Cage& cage) {
+    int count = 0;
+    for (const mesh::EdgeId e : cage.topology->edges())
+        count += cage.topology->tagged_sharpness(e) > 0.0 ? 1 : 0;
+    return count;
+}
+
+TEST_CASE("a triangulated sphere is fitted to the sphere", "[layout][mesh][oracle]") {
+    constexpr double radius = 50.0;
+    constexpr int around = 64;
+    const geom::MeshReference sphere(test::triangle_sphere(radius, around));
+    const Fitted fitted = fitted_to(sphere);
+    CHECK(fitted.worst < fitted.tolerance);
+    CHECK(creases(fitted.cage) == 0);
+    // Triangles bend both ways, so chords count twice.
+    const double chord = 2.0 * radius * (1.0 - std::cos(M_PI / around));
+    for (Eigen::Index i = 0; i < fitted.limit.rows(); ++i)
+        CHECK(std::abs(fitted.limit.row(i).norm() - radius) < chord + fitted.tolerance);
+}
+
+TEST_CASE("a triangulated box is fitted to the box, with its edges as creases",
+          "[layout][mesh][oracle]") {
+    const Eigen::Vector3d size(60, 40, 20);
+    const geom::MeshReference box(test::triangle_box(size.x(), size.y(), size.z()));
+    const Fitted fitted = fitted_to(box);
+    CHECK(fitted.worst < 1e-9);
+    CHECK(creases(fitted.cage) >= 12);
+    for (Eigen::Index i = 0; i < fitted.limit.rows(); ++i) {
+        // Distance from the nearest of the six planes.
+        const Eigen::Vector3d p = fitted.limit.row(i);
+        const double low = p.cwiseAbs().minCoeff(), high = (size - p).cwiseAbs().minCoeff();
+        CHECK(std::min(low, high) < 1e-9);
+    }
+}
+
+TEST_CASE("a triangulated wing gets the wing's layout", "[layout][mesh]") {
+    const auto read = occ::read_cad(PATCHWRIGHT_SAMPLES_DIR "/wing/wing.step");
+    const occ::CadReference reference(read.model);
+    const occ::SurfaceMesh surface =
+        occ::surface_mesh(read.model, reference, 1e-4 * reference.bounds().diagonal());
+    geom::TriangleMesh mesh{surface.points, surface.triangles, {}, {}};
+    CHECK(geom::make_sound(mesh, "wing").closed_bodies == 1);
+    const geom::MeshReference triangles(mesh);
+    const auto made = cage::make_cage(triangles, {.tolerance_rel = tolerance_rel});
+    const auto from_cad = cage::make_cage(read.model, reference, {.tolerance_rel = tolerance_rel});
+    CHECK(made.method == cage::Method::Aligned);
+    CHECK(made.cage.topology->face_count() == from_cad.cage.topology->face_count());
+    CHECK(creases(made.cage) == creases(from_cad.cage));
+}
+
+TEST_CASE("a triangulated cylinder keeps its two rims", "[layout][mesh][oracle]") {
+    constexpr double radius = 20.0, height = 60.0;
+    constexpr int around = 64;
+    const geom::MeshReference cylinder(test::triangle_cylinder(radius, height, around));
+    const Fitted fitted = fitted_to(cylinder);
+    CHECK(fitted.worst < fitted.tolerance);
+    CHECK(creases(fitted.cage) >= 2 * 5);
+    const double slack = radius * (1.0 - std::cos(M_PI / around)) + fitted.tolerance;
+    for (Eigen::Index i = 0; i < fitted.limit.rows(); ++i) {
+        const Eigen::Vector3d p = fitted.limit.row(i);
+        const double side = std::abs(p.head<2>().norm() - radius);
+        CHECK(std::min({side, std::abs(p.z()), std::abs(height - p.z())}) < slack);
+    }
+}
+
+}  // namespace
+}  // namespace patchwright
