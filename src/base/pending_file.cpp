@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -25,7 +26,8 @@ PendingFile::PendingFile(std::filesystem::path final_path) : final_(std::move(fi
         throw OutputError(fmt::format("{}: the folder cannot be written: {}", final_.string(),
                                       std::strerror(errno)));
     }
-    temporary_ = folder / fmt::format(".{}.part{}{}", final_.stem().string(), ::getpid(),
+    static std::atomic<int> next = 0;  // several may be under way for one final name
+    temporary_ = folder / fmt::format(".{}.part{}-{}{}", final_.stem().string(), ::getpid(), next++,
                                       final_.extension().string());
 }
 

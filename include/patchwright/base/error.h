@@ -30,6 +30,12 @@ class OutputError : public Error {
     using Error::Error;
 };
 
+/// The time limit of a run was reached; see Budget.
+class TimeLimitReached : public Error {
+  public:
+    TimeLimitReached() : Error("the time limit was reached") {}
+};
+
 /// The progress callback asked to stop.
 class Cancelled : public Error {
   public:
