@@ -1,0 +1,111 @@
+// The verdict on a result: every condition that it has to fulfil, made from measured figures.
+#pragma once
+
+#include <patchwright/base/units.h>
+#include <patchwright/geom/types.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace patchwright::measure {
+
+enum class Requirement {
+    DistanceToInput,    ///< of the output from the input
+    DistanceFromInput,  ///< of the input from the output
+    SharpCurves,        ///< long sharp curves of the input are sharp curves of the output
+    Closed,             ///< no free edges where the input has none
+    Valid,              ///< for the CAD kernel
+    Bodies,             ///< as many as in the input
+    Volume,             ///< of closed bodies: positive
+    Folds,              ///< normals of output and input agree
+    Kinks,              ///< tangent planes agree across edges that are meant to be smooth
+    SelfIntersections,  ///< no face intersects itself
+    FacesRead,          ///< every face of the file was transferred
+    GridCells           ///< no cell of a grid is folded or has a negative volume
+};
+
+/// What a condition's value and limit are; lengths and volumes in mm and mm^3.
+enum class Quantity { Length, Volume, Angle, Count };
+
+struct Condition {
+    Requirement requirement = Requirement::Valid;
+    Quantity quantity = Quantity::Count;
+    double value = 0.0;  ///< radians for angles
+    double limit = 0.0;  ///< largest value that is allowed; of the volume: the value exceeds it
+    bool met = true;
+    std::optional<geom::Vec3> at;  ///< where the value is worst
+    std::string remedy;            ///< what to try; empty when met
+};
+
+/// Stable, for JSON: "distance_to_input", "sharp_curves", ...
+const char* name_of(Requirement requirement);
+
+/// A value with the place where it was found.
+struct Worst {
+    double value = 0.0;
+    std::optional<geom::Vec3> at;
+};
+
+/// Of several things the number that fail, and where one of them is.
+struct Failures {
+    int count = 0;
+    std::optional<geom::Vec3> at;
+};
+
+/// Measured figures; what was not measured, or does not apply, stays empty and gives no condition.
+struct VerdictFigures {
+    std::optional<double> tolerance_mm;  ///< needed by the distances
+    double diagonal_mm = 0.0;            ///< of the input, or of the output where there is none
+
+    /// The largest of all samples: of the check, and of the fit with its creases.
+    std::optional<Worst> output_to_input_mm, input_to_output_mm;
+    std::optional<Failures> lost_sharp_curves;
+    std::optional<int> free_edges;  ///< of the output, where the input has none
+    std::optional<bool> valid;
+    std::optional<int> bodies, bodies_of_input;
+    std::optional<double> volume_mm3;  ///< of closed bodies
+    std::optional<Worst> fold_rad;     ///< largest angle between the normals of output and input
+    std::optional<Worst> kink_rad;     ///< beyond the tolerance from vertices without tangent plane
+    std::optional<Failures> self_intersecting_faces;
+    std::optional<Failures> faces_not_read;
+    std::optional<Failures> bad_grid_cells;
+
+    std::optional<int> patches;          ///< for the sentence
+    bool closed = false;                 ///< for the sentence
+    bool stopped_by_time_limit = false;  ///< some remedies are then more time
+    bool is_grid = false;                ///< of a grid in place of a shape
+};
+
+/// Made by assess() only, never edited.
+struct Verdict {
+    std::vector<Condition> conditions;
+
+    /// Whether all conditions are met.
+    [[nodiscard]] bool met() const;
+    /// The condition that is missed by the largest factor; none when met.
+    [[nodiscard]] const Condition* worst() const;
+    /// One line, with coordinates in this unit: "met 1e-4: one closed valid solid, 6 patches,
+    /// 5.2e-5 of the diagonal" or "MISSED: ...; try ...".
+    [[nodiscard]] std::string sentence(base::LengthUnit unit) const;
+
+    std::string shape;                                   ///< "one closed valid solid, 6 patches"
+    std::optional<double> tolerance_rel, deviation_rel;  ///< of the diagonal
+};
+
+/// Limits: normals of output and input agree to within 45 degrees, tangent planes across smooth
+/// edges to within 1 degree; the other limits are the tolerance, the input's numbers, or zero.
+inline constexpr double fold_limit_rad = 0.785398163397448, kink_limit_rad = 0.0174532925199433;
+
+/// The one place where it is decided whether a result is good.
+/// @throw InvalidArgument when distances are given without a tolerance
+Verdict assess(const VerdictFigures& figures);
+
+/// How much a condition is missed by: value over limit, for counts the count and one; 1 when met.
+double excess(const Condition& condition);
+
+/// Whether `a` is the better result: valid before invalid, then fewer missed conditions, then the
+/// smaller largest excess, then the smaller deviation.
+bool better(const Verdict& a, const Verdict& b);
+
+}  // namespace patchwright::measure

@@ -1,0 +1,226 @@
+#include <patchwright/base/error.h>
+#include <patchwright/measure/verdict.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+namespace patchwright::measure {
+
+namespace {
+
+constexpr double degrees = 180.0 / M_PI;
+
+std::string plural(int count, const char* one, const char* many) {
+    return count == 1 ? fmt::format("one {}", one) : fmt::format("{} {}", count, many);
+}
+
+/// Conditions in the order of Requirement.
+class Assessment {
+  public:
+    explicit Assessment(const VerdictFigures& figures) : f_(figures) {
+        if ((f_.output_to_input_mm || f_.input_to_output_mm) && !f_.tolerance_mm)
+            throw base::InvalidArgument("verdict: distances need a tolerance");
+    }
+
+    std::vector<Condition> conditions() {
+        distance(Requirement::DistanceToInput, f_.output_to_input_mm);
+        distance(Requirement::DistanceFromInput, f_.input_to_output_mm);
+        failures(Requirement::SharpCurves, f_.lost_sharp_curves,
+                 "a smaller --tolerance, or a cage with creases along these curves (--cage)");
+        if (f_.free_edges)
+            failures(Requirement::Closed, Failures{*f_.free_edges, std::nullopt},
+                     "healing the input, or a closed cage (--cage)");
+        if (f_.valid)
+            failures(Requirement::Valid, Failures{*f_.valid ? 0 : 1, std::nullopt},
+                     "another cage (--target-faces, --layout, --cage)");
+        bodies();
+        if (f_.volume_mm3)
+            add(Requirement::Volume, Quantity::Volume, {*f_.volume_mm3, std::nullopt}, 0.0,
+                *f_.volume_mm3 > 0.0, "turning the faces of the cage, or a thicker model");
+        angle(Requirement::Folds, f_.fold_rad, fold_limit_rad,
+              "more faces there (--target-faces), or a cage without folds (--cage)");
+        angle(Requirement::Kinks, f_.kink_rad, kink_limit_rad,
+              "more faces there (--target-faces), or a crease along this edge (--cage)");
+        failures(Requirement::SelfIntersections, f_.self_intersecting_faces,
+                 "more faces there (--target-faces), or another cage (--cage)");
+        failures(Requirement::FacesRead, f_.faces_not_read,
+                 "exporting these faces from the CAD system in another way");
+        failures(Requirement::GridCells, f_.bad_grid_cells,
+                 "smaller cells or thinner layers, or a cage without folds");
+        return std::move(conditions_);
+    }
+
+  private:
+    void add(Requirement requirement, Quantity quantity, const Worst& worst, double limit, bool met,
+             const std::string& remedy) {
+        conditions_.push_back({requirement, quantity, worst.value, limit, met, worst.at,
+                               met ? std::string() : remedy});
+    }
+    void distance(Requirement requirement, const std::optional<Worst>& worst) {
+        if (!worst) return;
+        const bool met = worst->value <= *f_.tolerance_mm;
+        std::string remedy = f_.stopped_by_time_limit ? "a longer --time-limit, or " : "";
+        remedy += fmt::format("--tolerance {:.1g}rel, or a finer cage (--target-faces, --cage)",
+                              1.1 * worst->value / std::max(f_.diagonal_mm, 1e-300));
+        add(requirement, Quantity::Length, *worst, *f_.tolerance_mm, met, remedy);
+    }
+    void failures(Requirement requirement, const std::optional<Failures>& found,
+                  const std::string& remedy) {
+        if (found)
+            add(requirement, Quantity::Count, {double(found->count), found->at}, 0.0,
+                found->count == 0, remedy);
+    }
+    void angle(Requirement requirement, const std::optional<Worst>& worst, double limit,
+               const std::string& remedy) {
+        if (worst) add(requirement, Quantity::Angle, *worst, limit, worst->value <= limit, remedy);
+    }
+    void bodies() {
+        if (f_.bodies && f_.bodies_of_input)
+            add(Requirement::Bodies, Quantity::Count, {double(*f_.bodies), std::nullopt},
+                double(*f_.bodies_of_input), *f_.bodies == *f_.bodies_of_input,
+                "a cage with as many parts as the model has bodies (--cage)");
+    }
+
+    const VerdictFigures& f_;
+    std::vector<Condition> conditions_;
+};
+
+std::string describe_shape(const VerdictFigures& f) {
+    if (f.is_grid) return "grid without folded cells";
+    std::string text;
+    if (f.bodies) {
+        const char* state = f.closed ? "closed" : "open";
+        const char* valid = !f.valid ? "" : *f.valid ? " valid" : " invalid";
+        const std::string one = fmt::format("{}{} {}", state, valid, f.closed ? "solid" : "shell");
+        text = plural(*f.bodies, one.c_str(), (one + "s").c_str());
+    }
+    if (f.patches) text += (text.empty() ? "" : ", ") + plural(*f.patches, "patch", "patches");
+    return text;
+}
+
+/// What is wrong, in words.
+std::string describe(const Condition& c, std::optional<double> tolerance_rel) {
+    const int count = int(std::min(c.value, 1e9));
+    switch (c.requirement) {
+        case Requirement::DistanceToInput:
+        case Requirement::DistanceFromInput: {
+            const bool to = c.requirement == Requirement::DistanceToInput;
+            const double relative = *tolerance_rel * c.value / c.limit;
+            return fmt::format("{} {:.2g} of the diagonal from {} (limit {:.2g})",
+                               to ? "the output is" : "the input is", relative,
+                               to ? "the input" : "the output", *tolerance_rel);
+        }
+        case Requirement::SharpCurves:
+            return plural(count, "long sharp curve is lost", "long sharp curves are lost");
+        case Requirement::Closed:
+            return plural(count, "free edge in a closed model", "free edges in a closed model");
+        case Requirement::Valid: return "the shape is not valid for the CAD kernel";
+        case Requirement::Bodies:
+            return fmt::format("{} where the input has {:.0f}", plural(count, "body", "bodies"),
+                               c.limit);
+        case Requirement::Volume: return fmt::format("the volume is {:.3g} mm^3", c.value);
+        case Requirement::Folds:
+            return fmt::format("a fold: normals differ by {:.0f} degrees", c.value * degrees);
+        case Requirement::Kinks:
+            return fmt::format("a kink of {:.3g} degrees across an edge meant to be smooth",
+                               c.value * degrees);
+        case Requirement::SelfIntersections:
+            return plural(count, "face intersects itself", "faces intersect themselves");
+        case Requirement::FacesRead:
+            return plural(count, "face of the input was not read",
+                          "faces of the input were not read");
+        case Requirement::GridCells:
+            return plural(count, "folded or negative cell", "folded or negative cells");
+    }
+    return {};
+}
+
+}  // namespace
+
+const char* name_of(Requirement requirement) {
+    constexpr const char* names[] = {"distance_to_input",
+                                     "distance_from_input",
+                                     "sharp_curves",
+                                     "closed",
+                                     "valid",
+                                     "bodies",
+                                     "volume",
+                                     "folds",
+                                     "kinks",
+                                     "self_intersections",
+                                     "faces_read",
+                                     "grid_cells"};
+    return names[static_cast<std::size_t>(requirement)];
+}
+
+double excess(const Condition& c) {
+    if (c.met) return 1.0;
+    if (c.quantity == Quantity::Length || c.quantity == Quantity::Angle)
+        return c.limit > 0.0 ? c.value / c.limit : std::numeric_limits<double>::infinity();
+    return 1.0 + std::max(1.0, std::abs(c.quantity == Quantity::Volume ? 1.0 : c.value - c.limit));
+}
+
+bool Verdict::met() const {
+    return std::all_of(conditions.begin(), conditions.end(), [](const auto& c) { return c.met; });
+}
+
+const Condition* Verdict::worst() const {
+    const auto worst =
+        std::max_element(conditions.begin(), conditions.end(),
+                         [](const auto& a, const auto& b) { return excess(a) < excess(b); });
+    return worst == conditions.end() || worst->met ? nullptr : &*worst;
+}
+
+std::string Verdict::sentence(base::LengthUnit unit) const {
+    const auto list = [](std::string text, const std::string& more) {
+        return text + (text.empty() || more.empty() ? "" : ", ") + more;
+    };
+    if (met()) {
+        const std::string limit = tolerance_rel ? fmt::format(" {:.2g}", *tolerance_rel) : "";
+        std::string text = shape;
+        if (deviation_rel) text = list(text, fmt::format("{:.2g} of the diagonal", *deviation_rel));
+        return "met" + limit + (text.empty() ? "" : ": " + text);
+    }
+    std::string text;
+    for (const Condition& c : conditions) {
+        if (c.met) continue;
+        text = list(text, describe(c, tolerance_rel));
+        if (!c.at) continue;
+        const geom::Vec3 at = *c.at / base::millimetres_per(unit);
+        text += fmt::format(" at ({:.4g}, {:.4g}, {:.4g})", at.x(), at.y(), at.z());
+    }
+    return fmt::format("MISSED: {}; try {}", text, worst()->remedy);
+}
+
+Verdict assess(const VerdictFigures& figures) {
+    Verdict verdict{.conditions = Assessment(figures).conditions(),
+                    .shape = describe_shape(figures)};
+    if (!(figures.diagonal_mm > 0.0)) return verdict;
+    if (figures.tolerance_mm) verdict.tolerance_rel = *figures.tolerance_mm / figures.diagonal_mm;
+    for (const auto& way : {figures.output_to_input_mm, figures.input_to_output_mm})
+        if (way)
+            verdict.deviation_rel =
+                std::max(verdict.deviation_rel.value_or(0.0), way->value / figures.diagonal_mm);
+    return verdict;
+}
+
+bool better(const Verdict& a, const Verdict& b) {
+    const auto rank = [](const Verdict& v) {
+        int missed = 0;
+        bool invalid = false;
+        double largest = 1.0;
+        for (const Condition& c : v.conditions) {
+            missed += c.met ? 0 : 1;
+            invalid = invalid || (!c.met && c.requirement == Requirement::Valid);
+            largest = std::max(largest, excess(c));
+        }
+        return std::tuple(invalid, missed, largest, v.deviation_rel.value_or(0.0));
+    };
+    return rank(a) < rank(b);
+}
+
+}  // namespace patchwright::measure
