@@ -1,9 +1,8 @@
 // Nearest points on the feature curves of a triangle mesh.
 #pragma once
 
+#include "geom/bvh.h"
 #include "geom/mesh_features.h"
-
-#include <patchwright/geom/bvh.h>
 
 #include <vector>
 

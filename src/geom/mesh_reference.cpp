@@ -1,10 +1,10 @@
+#include "geom/bvh.h"
 #include "geom/mesh_bend.h"
 #include "geom/mesh_curves.h"
 #include "geom/mesh_features.h"
 #include "geom/mesh_sides.h"
 
 #include <patchwright/base/error.h>
-#include <patchwright/geom/bvh.h>
 #include <patchwright/geom/mesh_reference.h>
 #include <patchwright/geom/nearest.h>
 

@@ -1,5 +1,6 @@
+#include "geom/triangle_tree.h"
+
 #include <patchwright/base/error.h>
-#include <patchwright/geom/triangle_tree.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,5 +1,6 @@
+#include "geom/bvh.h"
+
 #include <patchwright/base/error.h>
-#include <patchwright/geom/bvh.h>
 
 #include <catch2/catch.hpp>
 

@@ -1,7 +1,8 @@
 // The other way round: how near the limit surface comes to points of the reference.
 #pragma once
 
-#include <patchwright/geom/bvh.h>
+#include "geom/bvh.h"
+
 #include <patchwright/mesh/cage.h>
 #include <patchwright/subd/limit_operator.h>
 

@@ -1,9 +1,8 @@
 // Nearest points on edge curves.
 #pragma once
 
+#include "geom/bvh.h"
 #include "occ/foot/model_edges.h"
-
-#include <patchwright/geom/bvh.h>
 
 #include <algorithm>
 #include <cstdint>

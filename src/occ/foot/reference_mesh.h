@@ -1,9 +1,8 @@
 // The triangulation that seeds foot points: how far it is from the true faces is part of it.
 #pragma once
 
+#include "geom/triangle_tree.h"
 #include "occ/foot/face_surface.h"
-
-#include <patchwright/geom/triangle_tree.h>
 
 #include <TopoDS_Face.hxx>
 #include <TopoDS_Shape.hxx>

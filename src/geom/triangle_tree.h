@@ -1,7 +1,8 @@
 // Distances to many triangles: a tree whose leaves are measured at once, in single precision.
 #pragma once
 
-#include <patchwright/geom/bvh.h>
+#include "geom/bvh.h"
+
 #include <patchwright/geom/types.h>
 
 #include <array>
