@@ -1,9 +1,9 @@
-"""Converts CAD files without a cage and prints a table of what came out.
+"""Converts CAD files without a cage and prints a table of the results.
 
 Usage: convert_table.py PATCHWRIGHT FILE_OR_FOLDER... [--tolerance 1e-3rel] [--seconds 120] [--at-least N]
 
-With --at-least it fails when fewer files meet the tolerance as valid solids, or when any run crashes, takes too long or leaves
-a file that is not valid.
+With --at-least it fails when fewer files meet the tolerance, or when any run crashes, takes too long, or leaves a file that is
+not valid or not closed although the input is. samples/write_tables uses the functions.
 """
 import argparse
 import json
@@ -13,45 +13,64 @@ import sys
 import tempfile
 
 SUFFIXES = {".stl", ".step", ".stp", ".iges", ".igs", ".brep", ".brp"}
-HEADER = ("| input | faces in | cage faces | extraordinary vertices | patches | closed, valid | "
-          "deviation out to in, in to out (of the diagonal) | tolerance | long sharp curves kept | seconds |")
+HEADER = ("| input | patches | extraordinary vertices | deviation: out to in, in to out (of the diagonal) | verdict "
+          "| long sharp curves kept | seconds |")
 
 
-def kept(report):
-    """How many of the input's sharp curves longer than 100 times the tolerance lie within it of edges of the output."""
-    curves = report.get("sharp_curves", {}).get("long")
-    return f"{curves['count'] - len(curves['missed'])} of {curves['count']}" if curves else "-"
-
-
-def convert(program, file, tolerance, seconds, folder, most_patches=None, all_curves=False):
-    """(state, row): state is met, missed, refused or failed."""
-    report, output = folder / "report.json", folder / "out.step"
-    for old in (report, output):
-        old.unlink(missing_ok=True)
-    command = [program, "convert", file, "-o", output, "--tolerance", tolerance, "--json", report, "-q"]
+def run_convert(program, source, folder, options=(), seconds=None):
+    """One conversion: {"code": exit code or None after `seconds`, "error": last line of stderr, "report": JSON or None}."""
+    report = pathlib.Path(folder) / "report.json"
+    report.unlink(missing_ok=True)
+    command = [program, "convert", source, "-o", pathlib.Path(folder) / "out.step", "--json", report, "-q", *options]
     try:
         run = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=seconds)
     except subprocess.TimeoutExpired:
-        return "failed", f"| {file.name} | more than {seconds} s | | | | | | | | |"
-    if run.returncode == 2:
-        return "refused", f"| {file.name} | {run.stderr.strip().splitlines()[-1]} | | | | | | | | |"
-    if run.returncode not in (0, 3):
-        return "failed", f"| {file.name} | exit {run.returncode}: {run.stderr.strip()[-200:]} | | | | | | | | |"
-    r = json.loads(report.read_text())
-    diagonal = r["input"]["diagonal"]
-    out, back = (r["deviation"][way]["max"] / diagonal for way in ("output_to_input", "input_to_output"))
-    solid = r["solid"]
-    state = "met" if run.returncode == 0 else "missed"
+        return {"code": None, "error": f"more than {seconds:g} s", "report": None}
+    lines = run.stderr.strip().splitlines()
+    written = run.returncode in (0, 3) and report.exists()
+    return {"code": run.returncode, "error": lines[-1] if lines else "", "report": json.loads(report.read_text()) if written else None}
+
+
+def deviations(report):
+    """Largest distances, output to input and input to output, as fractions of the diagonal."""
+    return [report["deviation"][way]["max"] / report["input"]["diagonal"] for way in ("output_to_input", "input_to_output")]
+
+
+def lost_curves(report):
+    return report.get("sharp_curves", {}).get("long", {}).get("missed", [])
+
+
+def state(result):
+    """met, missed, refused (input not usable) or failed (crash, time, or a file that is not what the input asks for)."""
+    report = result["report"]
+    if report is None:
+        return "refused" if result["code"] == 2 else "failed"
+    solid = report["solid"]
     # An open model stays open; a closed one must become a valid solid.
-    if not solid["valid"] or (r["input"]["solids"] > 0 and not solid["closed"]):
-        state = "failed"
-    if most_patches is not None and r["patches"]["count"] > most_patches:
-        state = "failed"
-    if all_curves and r.get("sharp_curves", {}).get("long", {}).get("missed"):
-        state = "failed"
-    return state, (f"| {file.name} | {r['input']['faces']} | {r['cage']['faces']} | {r['cage']['extraordinary']} | {r['patches']['count']} | "
-                   f"{'yes' if solid['closed'] else 'open'}, {'yes' if solid['valid'] else 'no'} | {out:.1e}, {back:.1e} | "
-                   f"{tolerance}: {state} | {kept(r)} | {r['seconds']['total']:.1f} |")
+    if not solid["valid"] or (report["input"]["solids"] > 0 and not solid["closed"]):
+        return "failed"
+    return "met" if result["code"] == 0 else "missed"
+
+
+def verdict(result):
+    """The program's sentence; where there is none, why not."""
+    report = result["report"]
+    if report is None:
+        return f"exit {result['code']}: {result['error'][-200:]}"
+    return report.get("verdict", {}).get("sentence") or state(result)
+
+
+def row(name, result):
+    """A line of the table with HEADER."""
+    report = result["report"]
+    text = verdict(result).replace("|", "/")
+    if report is None:
+        return f"| {name} | | | | {text} | | |"
+    curves = report.get("sharp_curves", {}).get("long")
+    kept = f"{curves['count'] - len(curves['missed'])} of {curves['count']}" if curves else "-"
+    out, back = deviations(report)
+    return (f"| {name} | {report['patches']['count']} | {report['cage']['extraordinary']} | {out:.1e}, {back:.1e} | {text} | {kept} "
+            f"| {report['seconds']['total']:.1f} |")
 
 
 def main():
@@ -70,9 +89,12 @@ def main():
     states = []
     with tempfile.TemporaryDirectory() as folder:
         for file in files:
-            state, row = convert(args.program, file, args.tolerance, args.seconds, pathlib.Path(folder), args.most_patches, args.all_curves)
-            states.append(state)
-            print(row, flush=True)
+            result = run_convert(args.program, file, folder, ["--tolerance", args.tolerance], args.seconds)
+            report = result["report"]
+            too_many = report and args.most_patches is not None and report["patches"]["count"] > args.most_patches
+            lost = report and args.all_curves and lost_curves(report)
+            states.append("failed" if too_many or lost else state(result))
+            print(row(file.name, result), flush=True)
     counts = {s: states.count(s) for s in ("met", "missed", "refused", "failed")}
     print("\n" + ", ".join(f"{n} {s}" for s, n in counts.items()))
     if args.at_least is not None and (counts["met"] < args.at_least or counts["failed"] > 0):

@@ -61,7 +61,7 @@ struct Extraction {
 /// 2^-depth), they deviate by at most the tolerance. Neighbouring patches share their boundary
 /// curves; where a corner of a patch meets the side of another, the side consists of several edges.
 /// Source: control points are blossoms of the regular pieces around an extraordinary vertex; see
-/// src/README.md for the caps.
+/// src/decisions/007-caps.md.
 /// @throw InvalidArgument when the tolerance is negative or the depth out of range
 Extraction extract(const mesh::Cage& cage, const ExtractOptions& options = {});
 
