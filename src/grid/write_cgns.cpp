@@ -1,4 +1,3 @@
-#include "grid/hdf5_headers.h"
 #include "grid/interfaces.h"
 #include "grid/writer.h"
 
@@ -107,7 +106,6 @@ class CgnsWriter : public GridWriter {
     void finish() override {
         open_ = false;
         check(cg_close(handle_));
-        make_reproducible(pending_.path());
         pending_.commit();
     }
 

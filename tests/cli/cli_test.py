@@ -83,13 +83,11 @@ class Grids(CliTest):
         self.assertEqual(len(list((self.folder / "a").glob("*.vts"))), 6)
 
     def test_two_runs_give_equal_bytes(self):
-        for ending in ("xyz", "cgns"):
-            contents = []
-            for name in ("a", "b"):
-                run("grid", SAMPLES / "cages" / "genus2.obj", "-o", self.path(f"{name}.{ending}"), "--points", 33)
-                contents.append(self.path(f"{name}.{ending}").read_bytes())
-                time.sleep(1.1)  # HDF5 counts seconds
-            self.assertEqual(*contents)
+        contents = []
+        for name in ("a.xyz", "b.xyz"):
+            run("grid", SAMPLES / "cages" / "genus2.obj", "-o", self.path(name), "--points", 33)
+            contents.append(self.path(name).read_bytes())
+        self.assertEqual(*contents)
 
     def test_rules(self):
         rules = self.path("rules.json")

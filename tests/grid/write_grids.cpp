@@ -20,13 +20,17 @@ void write_all(const mesh::Cage& cage, const fs::path& folder, const std::string
     grid::BlockLayout layout = grid::make_layout(cage);
     if (join) layout = grid::join_all(layout);
     const double size = geom::bounding_box(cage.points).diagonal();
-    const grid::Plan plan = grid::make_plan(layout, {.size_mm = size / 40.0,
-                                                     .levels = 1,
-                                                     .law = grid::Law::Tanh,
-                                                     .first_at_creases_mm = size / 2000.0});
+    const grid::PlanOptions options{.size_mm = size / 40.0,
+                                    .levels = 1,
+                                    .law = grid::Law::Tanh,
+                                    .first_at_creases_mm = size / 2000.0};
+    const grid::Plan plan = grid::make_plan(layout, options);
     const grid::SurfaceGrid source(plan);
     using Form = grid::Plot3dOptions::Form;
     grid::write_grid(source, folder / (name + ".cgns"));
+    // From the start, to be compared with the first.
+    grid::write_grid(grid::SurfaceGrid(grid::make_plan(layout, options)),
+                     folder / (name + "_again.cgns"));
     grid::write_grid(source, folder / (name + ".vtm"));
     for (const auto form : {Form::Binary, Form::Fortran, Form::Ascii}) {
         for (const bool big : {false, true}) {
