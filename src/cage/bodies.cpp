@@ -1,30 +1,34 @@
-#include <patchwright/base/error.h>
+#include <patchwright/base/parallel.h>
 #include <patchwright/cage/bodies.h>
 
 #include <algorithm>
 
 namespace patchwright::cage {
 
-std::vector<ModelBody> model_bodies(const occ::CadModel& model,
-                                    const occ::ReferenceOptions& options) {
-    std::vector<ModelBody> bodies;
-    for (std::vector<int>& faces : occ::connected_faces(model)) {
-        try {
-            occ::CadReference reference(occ::part_of(model, faces), options);
-            bodies.push_back({std::move(faces), std::move(reference)});
-        } catch (const base::InputError&) {
-            continue;  // no triangles, and so no part of a cage
+namespace {
+
+// Of the diagonal. Vertices of a cage leave a curved surface by some of this; bodies that overlap
+// are farther from one another over most of a part.
+constexpr double farther_than_whole_rel = 2e-3;
+
+bool lies_on(const mesh::Cage& part, const geom::ModelSurface& body,
+             const std::vector<double>& distance_from_whole, double allowed) {
+    std::vector<char> near(distance_from_whole.size());
+    base::parallel_for(near.size(), 64, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const geom::Vec3 vertex = part.points.row(Eigen::Index(i)).transpose();
+            near[i] = body.foot_point(vertex).distance < distance_from_whole[i] + allowed;
         }
-    }
-    return bodies;
+    });
+    return std::find(near.begin(), near.end(), 0) == near.end();
 }
 
-std::vector<const geom::ReferenceSurface*> references_of_parts(const std::vector<mesh::Cage>& parts,
-                                                               const std::vector<ModelBody>& bodies,
-                                                               const geom::ModelSurface& whole) {
-    // Of the diagonal: vertices of a cage need not lie on the surface.
-    constexpr double slack_rel = 2e-3;
-    const double slack = slack_rel * whole.bounds().diagonal();
+}  // namespace
+
+std::vector<const geom::ReferenceSurface*> references_of_parts(
+    const std::vector<mesh::Cage>& parts, const std::vector<geom::BodyReference>& bodies,
+    const geom::ModelSurface& whole) {
+    const double allowed = farther_than_whole_rel * whole.bounds().diagonal();
     std::vector<int> body_of_face;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
         for (const int f : bodies[b].faces) {
@@ -46,12 +50,8 @@ std::vector<const geom::ReferenceSurface*> references_of_parts(const std::vector
         result.push_back(&whole);
         if (votes.empty()) continue;
         const auto most = std::max_element(votes.begin(), votes.end()) - votes.begin();
-        const occ::CadReference& body = bodies[std::size_t(most)].reference;
-        const auto own = body.foot_points(part.points);
-        bool lies_on = true;
-        for (std::size_t i = 0; i < own.size(); ++i)
-            lies_on = lies_on && own[i].distance < distance[i] + slack;
-        if (lies_on) result.back() = &body;
+        const geom::ModelSurface& body = *bodies[std::size_t(most)].surface;
+        if (lies_on(part, body, distance, allowed)) result.back() = &body;
     }
     return result;
 }

@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <map>
 #include <optional>
 
@@ -21,8 +20,10 @@ namespace {
 
 constexpr double deflection_rel = 1e-3, fine_deflection_rel = 1e-4;
 
-/// @param kind  of what has no name
-std::vector<std::string> group_names(std::vector<std::string> names, const char* kind) {
+/// One a face, as groups of the cage are named.
+std::vector<std::string> group_names(const geom::ModelSurface& model) {
+    std::vector<std::string> names = model.face_names();
+    const char* kind = model.has_cad_faces() ? "face" : "region";
     for (std::size_t i = 0; i < names.size(); ++i) {
         if (names[i].empty()) names[i] = fmt::format("{}_{}", kind, i + 1);
         for (char& c : names[i])
@@ -103,10 +104,7 @@ constexpr double near_enough = 0.2;
 /// What a cage is made from.
 struct Source {
     const geom::ModelSurface& reference;
-    /// Triangles of the model that are no farther from it than this, millimetres.
-    std::function<occ::SurfaceMesh(double)> triangles;
     std::vector<std::string> names;  ///< one a face, for groups
-    bool has_faces = true;           ///< regions of triangles are none: their borders are jagged
 };
 
 Blocks remeshed(const Body& body, const Source& source, const CageOptions& options, double scale) {
@@ -121,7 +119,7 @@ Blocks remeshed(const Body& body, const Source& source, const CageOptions& optio
     return quad_blocks(mesh, source.reference.features(), source.names);
 }
 
-std::vector<Blocks> all_remeshed(const occ::SurfaceMesh& surface, const Source& source,
+std::vector<Blocks> all_remeshed(const geom::SurfaceMesh& surface, const Source& source,
                                  const CageOptions& options, double scale) {
     std::vector<Blocks> parts;
     for (const Body& body : bodies_of(surface))
@@ -149,7 +147,8 @@ struct Aligned {
 /// @return what came of it, for the user
 std::string lay_out_blocks(const Body& body, const std::vector<char>& borders, const Source& source,
                            const CageOptions& options, double scale, std::optional<Blocks>& part) {
-    if (!source.has_faces) return "no blocks (triangles have no faces to lay blocks along)";
+    if (!source.reference.has_cad_faces())
+        return "no blocks (triangles have no faces to lay blocks along)";
     if (body.mesh->faces_without > 0) return "no blocks (faces could not be triangulated)";
     BodyBlocks made = brep_blocks(body, borders, source.reference, source.names, options, scale);
     if (!made.blocks) return fmt::format("no blocks ({})", made.refused);
@@ -163,7 +162,7 @@ std::string lay_out_blocks(const Body& body, const std::vector<char>& borders, c
     return "blocks along its faces";
 }
 
-Aligned aligned(const occ::SurfaceMesh& mesh, const Source& source, const CageOptions& options) {
+Aligned aligned(const geom::SurfaceMesh& mesh, const Source& source, const CageOptions& options) {
     const std::vector<Body> bodies = bodies_of(mesh);
     std::vector<char> borders;
     double fineness = options.fineness;
@@ -178,7 +177,7 @@ Aligned aligned(const occ::SurfaceMesh& mesh, const Source& source, const CageOp
             if (one.blocks) {
                 ++result.known;
             } else if (!result.remeshed) {
-                if (borders.empty() && source.has_faces)
+                if (borders.empty() && source.reference.has_cad_faces())
                     borders = block_borders(mesh, source.reference,
                                             kept_curves(source.reference, Lines::OfBlocks));
                 one.text +=
@@ -218,17 +217,19 @@ Aligned aligned(const occ::SurfaceMesh& mesh, const Source& source, const CageOp
     }
 }
 
-CageResult make_cage(const Source& source, const CageOptions& options) {
+}  // namespace
+
+CageResult make_cage(const geom::ModelSurface& model, const CageOptions& options) {
     if (!(options.tolerance_rel > 0.0) || !(options.fineness > 0.0) || options.target_faces < 0)
         throw base::InvalidArgument(
             "layout: tolerance and fineness must be positive, target_faces not negative");
     base::report_progress(options.progress, "layout", 0.0);
-    const geom::ModelSurface& reference = source.reference;
-    const double diagonal = reference.bounds().diagonal();
+    const Source source{model, group_names(model)};
+    const double diagonal = model.bounds().diagonal();
     CageResult result;
     std::vector<Blocks> parts;
     if (options.method != Method::Remesh) {
-        const occ::SurfaceMesh fine = source.triangles(fine_deflection_rel * diagonal);
+        const geom::SurfaceMesh fine = model.surface_mesh(fine_deflection_rel * diagonal);
         Aligned found = aligned(fine, source, options);
         parts = std::move(found.parts);
         if (!parts.empty()) result.recognised = found.known;
@@ -243,7 +244,7 @@ CageResult make_cage(const Source& source, const CageOptions& options) {
         if (parts.empty()) result.notices.push_back("remeshed, as no layout of blocks was found");
     }
     if (parts.empty()) {
-        const occ::SurfaceMesh surface = source.triangles(deflection_rel * diagonal);
+        const geom::SurfaceMesh surface = model.surface_mesh(deflection_rel * diagonal);
         parts = all_remeshed(surface, source, options, 1.0);
         double scale = 1.0;
         for (int round = 0; round < rounds_of_scaling && options.target_faces > 0; ++round) {
@@ -259,44 +260,6 @@ CageResult make_cage(const Source& source, const CageOptions& options) {
     }
     result.cage = joined(parts);
     return result;
-}
-
-/// The regions of a mesh by the names of its parts; empty where the file gives none.
-std::vector<std::string> region_names(const geom::MeshReference& reference) {
-    std::vector<std::string> names(std::size_t(reference.region_count()));
-    const geom::TriangleMesh& mesh = reference.mesh();
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-        if (mesh.part[t] >= 0)
-            names[std::size_t(reference.regions()[t])] = mesh.part_names[std::size_t(mesh.part[t])];
-    return names;
-}
-
-occ::SurfaceMesh surface_mesh(const geom::MeshReference& reference) {
-    occ::SurfaceMesh mesh;
-    mesh.points = reference.mesh().points;
-    mesh.triangles = reference.mesh().triangles;
-    mesh.faces = reference.regions();
-    for (const geom::MeshFeatureSide& side : reference.feature_sides())
-        mesh.features.push_back({side.v0, side.v1, side.curve});
-    mesh.corners = reference.corner_numbers();
-    return mesh;
-}
-
-}  // namespace
-
-CageResult make_cage(const occ::CadModel& model, const occ::CadReference& reference,
-                     const CageOptions& options) {
-    return make_cage(
-        Source{reference,
-               [&](double deflection) { return occ::surface_mesh(model, reference, deflection); },
-               group_names(occ::face_names(model), "face")},
-        options);
-}
-
-CageResult make_cage(const geom::MeshReference& reference, const CageOptions& options) {
-    return make_cage(Source{reference, [&](double) { return surface_mesh(reference); },
-                            group_names(region_names(reference), "region"), false},
-                     options);
 }
 
 }  // namespace patchwright::cage

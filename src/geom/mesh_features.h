@@ -16,7 +16,7 @@ struct MeshChain {
 struct MeshFeatures {
     Features features;
     std::vector<MeshChain> chains;  ///< one a curve
-    std::vector<MeshFeatureSide> sides;
+    std::vector<FeatureSide> sides;
     std::vector<int> corner_of;  ///< one a point of the mesh: number of its corner, or -1
     std::vector<std::array<int, 3>> curve_under;  ///< one a triangle: under each side, or -1
     std::vector<std::array<int, 3>> beyond;       ///< one a triangle: triangle there, or -1

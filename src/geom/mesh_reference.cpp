@@ -294,12 +294,24 @@ Vec3 MeshReference::point_on_face(int face, const Eigen::Vector2d& uv) const {
     return at_weights(impl_->mesh, face, {1.0 - uv[0] - uv[1], uv[0], uv[1]});
 }
 
-const TriangleMesh& MeshReference::mesh() const { return impl_->mesh; }
-const std::vector<MeshFeatureSide>& MeshReference::feature_sides() const {
-    return impl_->found.sides;
+SurfaceMesh MeshReference::surface_mesh(double /*deflection_mm*/) const {
+    return {.points = impl_->mesh.points,
+            .triangles = impl_->mesh.triangles,
+            .faces = impl_->regions,
+            .features = impl_->found.sides,
+            .corners = impl_->found.corner_of};
 }
-const std::vector<int>& MeshReference::corner_numbers() const { return impl_->found.corner_of; }
-const std::vector<int>& MeshReference::regions() const { return impl_->regions; }
+
+std::vector<std::string> MeshReference::face_names() const {
+    std::vector<std::string> names(std::size_t(impl_->region_count));
+    const TriangleMesh& mesh = impl_->mesh;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        if (mesh.part[t] >= 0)
+            names[std::size_t(impl_->regions[t])] = mesh.part_names[std::size_t(mesh.part[t])];
+    return names;
+}
+
+const TriangleMesh& MeshReference::mesh() const { return impl_->mesh; }
 int MeshReference::region_count() const { return impl_->region_count; }
 double MeshReference::chord_error() const { return impl_->chord_error; }
 

@@ -174,7 +174,7 @@ void check_creases(const mesh::Cage& cage, const Shape& shape) {
 
 TEST_CASE("a twisted wing with a blunt trailing edge gets rings and two lids", "[layout]") {
     const Shape wing = shape_of(ring_cage(wing_rings(), {{0, 0}, {15, 0}}, true));
-    const auto made = cage::make_cage(wing.model, wing.reference);
+    const auto made = cage::make_cage(wing.reference);
     REQUIRE(made.layout.size() == 1);
     INFO(made.layout[0]);
     REQUIRE(made.layout[0].rfind("wing: 16 points around", 0) == 0);
@@ -212,7 +212,7 @@ Rings nosed_wing_rings() {
 
 TEST_CASE("a nose that is sharp on a part of the span gets a line", "[layout]") {
     const Shape wing = shape_of(ring_cage(nosed_wing_rings(), {{0, 0}, {16, 0}, {8, 2}}, false));
-    const auto made = cage::make_cage(wing.model, wing.reference);
+    const auto made = cage::make_cage(wing.reference);
     REQUIRE(made.layout.size() == 1);
     INFO(made.layout[0]);
     CHECK(made.layout[0].find("line along the nose") != std::string::npos);
@@ -240,7 +240,7 @@ TEST_CASE("a nose that is sharp on a part of the span gets a line", "[layout]") 
 
 TEST_CASE("a blade's thick round root gets the same rings, its trailing edge fades", "[layout]") {
     const Shape blade = shape_of(ring_cage(blade_rings(), {{0, 0}, {15, 0}}, false));
-    const auto made = cage::make_cage(blade.model, blade.reference);
+    const auto made = cage::make_cage(blade.reference);
     REQUIRE(made.layout.size() == 1);
     INFO(made.layout[0]);
     REQUIRE(made.layout[0].rfind("blade: 16 points around", 0) == 0);
@@ -252,7 +252,7 @@ TEST_CASE("a blade's thick round root gets the same rings, its trailing edge fad
 
 TEST_CASE("a nacelle gets rings around its lip", "[layout]") {
     const Shape nacelle = shape_of(ring_cage(nacelle_rings(), {}, false));
-    const auto made = cage::make_cage(nacelle.model, nacelle.reference);
+    const auto made = cage::make_cage(nacelle.reference);
     REQUIRE(made.layout.size() == 1);
     INFO(made.layout[0]);
     REQUIRE(made.layout[0].rfind("nacelle: 16 lines", 0) == 0);
@@ -276,7 +276,7 @@ TEST_CASE("a body around an axis is closed by a square of quads at each end", "[
     mesh::Cage cage = test::cube(2.0);
     cage.points = cage.points * Eigen::Vector3d(500.0, 200.0, 200.0).asDiagonal();
     const Shape body = shape_of(cage);
-    const auto made = cage::make_cage(body.model, body.reference);
+    const auto made = cage::make_cage(body.reference);
     REQUIRE(made.layout.size() == 1);
     INFO(made.layout[0]);
     REQUIRE(made.layout[0].rfind("body around an axis: 16 lines", 0) == 0);
@@ -292,7 +292,7 @@ TEST_CASE("what is no wing and no nacelle says why", "[layout]") {
         for (const int bit : {1, 2, 4})
             if ((a & bit) == 0) tags.creases.push_back({a, a | bit, mesh::infinite_sharpness});
     const Shape box = shape_of(test::cube(100.0, std::move(tags)));
-    const auto made = cage::make_cage(box.model, box.reference);
+    const auto made = cage::make_cage(box.reference);
     REQUIRE(made.layout.size() == 1);
     INFO(made.layout[0]);
     CHECK(made.from_faces);

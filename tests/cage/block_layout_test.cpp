@@ -1,10 +1,6 @@
 #include "cage/blocks/divisions.h"
-#include "support/cages.h"
 
 #include <patchwright/base/error.h>
-#include <patchwright/cage/make_cage.h>
-#include <patchwright/occ/assemble.h>
-#include <patchwright/patch/extract.h>
 
 #include <catch2/catch.hpp>
 
@@ -120,27 +116,6 @@ TEST_CASE("where sums cannot agree strips turn around a corner", "[layout]") {
         CHECK(edges_of(divisions, sides[std::size_t((turn.side + k) % 4)]) ==
               edges_of(divisions, sides[std::size_t((turn.side + k + 2) % 4)]) + turn.count);
     }
-}
-
-TEST_CASE("a box is laid out in its six faces", "[layout]") {
-    mesh::TopologyInput tags;
-    for (const auto& face : test::cube_faces)
-        for (std::size_t k = 0; k < 4; ++k)
-            if (face[k] < face[(k + 1) % 4])
-                tags.creases.push_back({face[k], face[(k + 1) % 4], mesh::infinite_sharpness});
-    mesh::Cage cage = test::cube(2.0, tags);
-    cage.points = cage.points * Eigen::Vector3d(60.0, 40.0, 20.0).asDiagonal();
-    const occ::CadModel model = occ::assemble(patch::extract(cage).patches);
-    const occ::CadReference reference(model);
-    const auto made = cage::make_cage(model, reference, {.method = cage::Method::Aligned});
-    const mesh::CageSummary summary = mesh::summarise(*made.cage.topology);
-    CHECK(made.method == cage::Method::Aligned);
-    CHECK(made.cage.topology->is_closed());
-    CHECK(summary.non_quads == 0);
-    CHECK(summary.extraordinary == 0);
-    CHECK(summary.corners == 8);
-    // Edges are at most 0.3 of the diagonal long: 3, 2 and 1 along the sides, one more at most.
-    CHECK(summary.faces <= 2 * (4 * 3 + 3 * 2 + 4 * 2));
 }
 
 }  // namespace

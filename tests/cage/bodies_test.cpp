@@ -5,6 +5,7 @@
 #include <patchwright/fit/fit_parts.h>
 #include <patchwright/mesh/parts.h>
 #include <patchwright/occ/assemble.h>
+#include <patchwright/occ/cad_reference.h>
 #include <patchwright/patch/extract.h>
 
 #include <catch2/catch.hpp>
@@ -29,18 +30,18 @@ occ::CadModel crossing_cubes() {
 TEST_CASE("parts of a cage are fitted to the bodies that they lie on", "[layout]") {
     const occ::CadModel model = crossing_cubes();
     const occ::CadReference whole(model);
-    const auto bodies = cage::model_bodies(model);
+    const auto bodies = occ::body_references(model);
     REQUIRE(bodies.size() == 2);
     CHECK(bodies[0].faces.size() == 6);
-    CHECK(bodies[0].reference.features().corners.size() == 8);
+    CHECK(bodies[0].surface->features().corners.size() == 8);
 
-    const auto made = cage::make_cage(model, whole, {.method = cage::Method::Remesh}).cage;
+    const auto made = cage::make_cage(whole, {.method = cage::Method::Remesh}).cage;
     const auto parts = mesh::connected_parts(made);
     REQUIRE(parts.size() == 2);
     const auto references = cage::references_of_parts(parts, bodies, whole);
     CHECK(references[0] != references[1]);
     for (const auto* r : references) {
-        const bool is_body = r == &bodies[0].reference || r == &bodies[1].reference;
+        const bool is_body = r == bodies[0].surface.get() || r == bodies[1].surface.get();
         CHECK(is_body);
     }
     // Flat faces between sharp edges: the limit surface can be the model.
@@ -65,7 +66,7 @@ TEST_CASE("parts of a cage are fitted to the bodies that they lie on", "[layout]
 
 TEST_CASE("parts of a cage on the same body are fitted together", "[layout]") {
     const occ::CadModel model = crossing_cubes();
-    const auto bodies = cage::model_bodies(model);
+    const auto bodies = occ::body_references(model);
     // The three faces around one corner of the first cube, and the three around the opposite one.
     const auto half = [](const std::vector<std::size_t>& faces) {
         std::vector<int> number(8, -1);
@@ -84,7 +85,7 @@ TEST_CASE("parts of a cage on the same body are fitted together", "[layout]") {
         }
         return test::make_cage(points, renumbered);
     };
-    const auto* body = &bodies[0].reference;
+    const auto* body = bodies[0].surface.get();
     const fit::FitOptions options{.tolerance_mm = 0.1, .max_levels = 0, .keeps_form = false};
     const auto fitted = fit::fit_parts({half({0, 2, 4}), half({1, 3, 5})}, {body, body}, options);
     REQUIRE(fitted.parts.size() == 1);
@@ -96,7 +97,7 @@ TEST_CASE("parts of a cage on the same body are fitted together", "[layout]") {
 TEST_CASE("a part of a cage that covers several bodies is fitted to the whole model", "[layout]") {
     const occ::CadModel model = crossing_cubes();
     const occ::CadReference whole(model);
-    const auto bodies = cage::model_bodies(model);
+    const auto bodies = occ::body_references(model);
     mesh::Cage around = test::cube(2.0);
     around.points.col(0) = around.points.col(0).array() * 1.6 + 0.6;
     const auto references = cage::references_of_parts({around}, bodies, whole);

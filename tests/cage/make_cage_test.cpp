@@ -2,8 +2,9 @@
 
 #include <patchwright/base/error.h>
 #include <patchwright/cage/make_cage.h>
+#include <patchwright/geom/mesh_reference.h>
 #include <patchwright/occ/assemble.h>
-#include <patchwright/occ/surface_mesh.h>
+#include <patchwright/occ/cad_reference.h>
 #include <patchwright/patch/extract.h>
 
 #include <catch2/catch.hpp>
@@ -43,7 +44,7 @@ double volume(const mesh::Cage& cage) {
 }
 
 TEST_CASE("a model's triangles are one closed mesh with its features", "[layout]") {
-    const occ::SurfaceMesh mesh = occ::surface_mesh(wing().model, wing().reference, 1.0);
+    const geom::SurfaceMesh mesh = wing().reference.surface_mesh(1.0);
     std::map<std::pair<int, int>, int> uses;
     double sum = 0.0;
     for (const auto& t : mesh.triangles) {
@@ -59,7 +60,7 @@ TEST_CASE("a model's triangles are one closed mesh with its features", "[layout]
     // The sample's volume; chords of a convex section lose about a deflection times half the area.
     CHECK(sum == Approx(121602975.0).epsilon(0.01));
     std::map<int, double> length;
-    for (const occ::FeatureSide& f : mesh.features)
+    for (const geom::FeatureSide& f : mesh.features)
         length[f.curve] += (mesh.points.row(f.v0) - mesh.points.row(f.v1)).norm();
     for (const auto& [curve, sampled] : length) {
         const auto& feature = wing().reference.features().curves[std::size_t(curve)];
@@ -69,7 +70,7 @@ TEST_CASE("a model's triangles are one closed mesh with its features", "[layout]
 }
 
 TEST_CASE("a wing gets rings of quads with all extraordinary vertices at its ends", "[layout]") {
-    const cage::CageResult result = cage::make_cage(wing().model, wing().reference);
+    const cage::CageResult result = cage::make_cage(wing().reference);
     const mesh::Topology& topology = *result.cage.topology;
     CHECK(result.method == cage::Method::Aligned);
     CHECK(topology.is_closed());
@@ -104,7 +105,7 @@ TEST_CASE("a wing gets rings of quads with all extraordinary vertices at its end
 
 TEST_CASE("remeshing keeps features and is closed", "[layout]") {
     const cage::CageResult result =
-        cage::make_cage(wing().model, wing().reference, {.method = cage::Method::Remesh});
+        cage::make_cage(wing().reference, {.method = cage::Method::Remesh});
     const mesh::Topology& topology = *result.cage.topology;
     CHECK(result.method == cage::Method::Remesh);
     CHECK(topology.is_closed());
@@ -133,9 +134,8 @@ TEST_CASE("remeshing keeps features and is closed", "[layout]") {
 
 TEST_CASE("the number of faces follows what is asked for", "[layout]") {
     for (const int target : {600, 1500}) {
-        const cage::CageResult result =
-            cage::make_cage(wing().model, wing().reference,
-                            {.method = cage::Method::Remesh, .target_faces = target});
+        const cage::CageResult result = cage::make_cage(
+            wing().reference, {.method = cage::Method::Remesh, .target_faces = target});
         // Lengths are scaled by the number of faces they gave until it is within a fifth or so.
         CHECK(result.cage.topology->face_count() > target / 1.3);
         CHECK(result.cage.topology->face_count() < 1.3 * target);
@@ -156,7 +156,7 @@ const Sample& lens() {
 
 TEST_CASE("thin rounded edges are not eaten by remeshing", "[layout]") {
     const cage::CageResult result =
-        cage::make_cage(lens().model, lens().reference, {.method = cage::Method::Remesh});
+        cage::make_cage(lens().reference, {.method = cage::Method::Remesh});
     CHECK(result.cage.topology->is_closed());
     // Every point of the model is near a face of the cage: as near as its chords are.
     const double diagonal = lens().reference.bounds().diagonal();
@@ -196,9 +196,9 @@ TEST_CASE("edges are shorter where a cage is asked to be finer", "[layout]") {
         return count;
     };
     cage::CageOptions options{.method = cage::Method::Remesh};
-    const auto usual = cage::make_cage(wing().model, wing().reference, options);
+    const auto usual = cage::make_cage(wing().reference, options);
     options.finer_at = {{tip, radius}};
-    const auto finer = cage::make_cage(wing().model, wing().reference, options);
+    const auto finer = cage::make_cage(wing().reference, options);
     // Half the lengths are four times the vertices; features and growth of lengths take some away.
     CHECK(near(finer) > 2 * near(usual));
     const int elsewhere_usual = int(usual.cage.points.rows()) - near(usual);
@@ -206,14 +206,13 @@ TEST_CASE("edges are shorter where a cage is asked to be finer", "[layout]") {
     CHECK(elsewhere_finer < 2 * elsewhere_usual);
     // Balls of one round that overlap halve once.
     options.finer_at = {{tip, radius}, {tip, radius}};
-    const auto twice = cage::make_cage(wing().model, wing().reference, options);
+    const auto twice = cage::make_cage(wing().reference, options);
     CHECK(twice.cage.points == finer.cage.points);
 }
 
 TEST_CASE("the number of a wing's faces follows too, by lines around and along", "[layout]") {
     for (const int target : {60, 400}) {
-        const cage::CageResult result =
-            cage::make_cage(wing().model, wing().reference, {.target_faces = target});
+        const cage::CageResult result = cage::make_cage(wing().reference, {.target_faces = target});
         CHECK(result.method == cage::Method::Aligned);
         // Whole lines come and go.
         CHECK(result.cage.topology->face_count() > target / 1.5);
@@ -223,15 +222,28 @@ TEST_CASE("the number of a wing's faces follows too, by lines around and along",
 
 TEST_CASE("the same model gives the same cage", "[layout]") {
     const cage::CageOptions options{.method = cage::Method::Remesh};
-    const auto a = cage::make_cage(wing().model, wing().reference, options);
-    const auto b = cage::make_cage(wing().model, wing().reference, options);
+    const auto a = cage::make_cage(wing().reference, options);
+    const auto b = cage::make_cage(wing().reference, options);
     REQUIRE(a.cage.points.rows() == b.cage.points.rows());
     CHECK(a.cage.points == b.cage.points);
 }
 
 TEST_CASE("options out of range are refused", "[layout]") {
-    CHECK_THROWS_AS(cage::make_cage(wing().model, wing().reference, {.fineness = 0.0}),
-                    base::InvalidArgument);
+    CHECK_THROWS_AS(cage::make_cage(wing().reference, {.fineness = 0.0}), base::InvalidArgument);
+}
+
+TEST_CASE("a triangulated wing gets the wing's layout", "[layout][mesh]") {
+    const occ::CadReference& reference = wing().reference;
+    const geom::SurfaceMesh surface = reference.surface_mesh(1e-4 * reference.bounds().diagonal());
+    geom::TriangleMesh mesh{surface.points, surface.triangles, {}, {}};
+    CHECK(geom::make_sound(mesh, "wing").closed_bodies == 1);
+    const geom::MeshReference triangles(mesh);
+    const auto made = cage::make_cage(triangles, {.tolerance_rel = 1e-3});
+    const auto from_cad = cage::make_cage(reference, {.tolerance_rel = 1e-3});
+    CHECK(made.method == cage::Method::Aligned);
+    CHECK(made.cage.topology->face_count() == from_cad.cage.topology->face_count());
+    CHECK(mesh::summarise(*made.cage.topology).creases ==
+          mesh::summarise(*from_cad.cage.topology).creases);
 }
 
 }  // namespace

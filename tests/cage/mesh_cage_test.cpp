@@ -3,7 +3,7 @@
 
 #include <patchwright/cage/make_cage.h>
 #include <patchwright/fit/fit.h>
-#include <patchwright/occ/surface_mesh.h>
+#include <patchwright/geom/mesh_reference.h>
 #include <patchwright/subd/limit_operator.h>
 
 #include <catch2/catch.hpp>
@@ -80,21 +80,6 @@ TEST_CASE("a triangulated box is fitted to the box, with its edges as creases",
         const double low = p.cwiseAbs().minCoeff(), high = (size - p).cwiseAbs().minCoeff();
         CHECK(std::min(low, high) < 1e-9);
     }
-}
-
-TEST_CASE("a triangulated wing gets the wing's layout", "[layout][mesh]") {
-    const auto read = occ::read_cad(PATCHWRIGHT_SAMPLES_DIR "/wing/wing.step");
-    const occ::CadReference reference(read.model);
-    const occ::SurfaceMesh surface =
-        occ::surface_mesh(read.model, reference, 1e-4 * reference.bounds().diagonal());
-    geom::TriangleMesh mesh{surface.points, surface.triangles, {}, {}};
-    CHECK(geom::make_sound(mesh, "wing").closed_bodies == 1);
-    const geom::MeshReference triangles(mesh);
-    const auto made = cage::make_cage(triangles, {.tolerance_rel = tolerance_rel});
-    const auto from_cad = cage::make_cage(read.model, reference, {.tolerance_rel = tolerance_rel});
-    CHECK(made.method == cage::Method::Aligned);
-    CHECK(made.cage.topology->face_count() == from_cad.cage.topology->face_count());
-    CHECK(creases(made.cage) == creases(from_cad.cage));
 }
 
 TEST_CASE("a triangulated cylinder keeps its two rims", "[layout][mesh][oracle]") {

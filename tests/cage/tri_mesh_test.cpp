@@ -8,9 +8,9 @@ namespace patchwright::cage {
 namespace {
 
 /// A flat 4 x 4 grid of squares, two triangles each; its border is a feature with corners.
-occ::SurfaceMesh flat_grid() {
+geom::SurfaceMesh flat_grid() {
     constexpr int n = 4;
-    occ::SurfaceMesh mesh;
+    geom::SurfaceMesh mesh;
     mesh.points.resize((n + 1) * (n + 1), 3);
     for (int i = 0; i <= n; ++i)
         for (int j = 0; j <= n; ++j) mesh.points.row(i * (n + 1) + j) << i, j, 0.0;

@@ -1,7 +1,7 @@
 #include "occ/shapes.h"
 
 #include <patchwright/base/error.h>
-#include <patchwright/occ/surface_mesh.h>
+#include <patchwright/occ/cad_reference.h>
 
 #include <BRepBuilderAPI_MakeEdge.hxx>
 #include <BRepBuilderAPI_MakeFace.hxx>
@@ -113,11 +113,11 @@ TEST_CASE("an edge that is sharp on part of its length is cut there", "[occ][fea
     // The model's triangles have both pieces too, and a corner between them, however coarse or
     // fine.
     for (const double deflection : {1.0, 1e-2, 1e-4}) {
-        const occ::SurfaceMesh mesh = occ::surface_mesh(model, reference, deflection);
+        const geom::SurfaceMesh mesh = reference.surface_mesh(deflection);
         std::map<int, double> length;
         std::map<std::pair<int, int>, int> triangles;
         double area = 0.0;
-        for (const occ::FeatureSide& side : mesh.features)
+        for (const geom::FeatureSide& side : mesh.features)
             length[side.curve] += (mesh.points.row(side.v0) - mesh.points.row(side.v1)).norm();
         for (const auto& t : mesh.triangles) {
             const Vec3 a = mesh.points.row(t[0]), b = mesh.points.row(t[1]),
@@ -127,7 +127,7 @@ TEST_CASE("an edge that is sharp on part of its length is cut there", "[occ][fea
         }
         CHECK(length[sharp[0]] == Approx(1.0 - change).epsilon(1e-6));
         CHECK(length[smooth[0]] == Approx(change).epsilon(1e-6));
-        for (const occ::FeatureSide& side : mesh.features)
+        for (const geom::FeatureSide& side : mesh.features)
             if (side.curve == sharp[0] || side.curve == smooth[0])
                 CHECK(triangles[{side.v0, side.v1}] == 2);
         const auto corner = std::count_if(

@@ -59,8 +59,7 @@ cage::CageResult make_cage(Run& run, const Input& input, const LayoutOptions& op
                                    .fineness = options.fineness,
                                    .finer_at = options.finer_at,
                                    .progress = run.progress()};
-    cage::CageResult result = input.mesh ? cage::make_cage(*input.mesh, making)
-                                         : cage::make_cage(*input.model, *input.cad, making);
+    cage::CageResult result = cage::make_cage(input.reference(), making);
     for (const std::string& text : result.notices) run.notice(text);
     run.report.cage = mesh::summarise(*result.cage.topology);
     run.report.layout = result.layout;
@@ -105,7 +104,7 @@ fit::Symmetry symmetry_option(const std::string& name) {
 
 std::optional<PartFits> part_fits(Run& run, const Input& input) {
     if (!input.model || occ::connected_faces(*input.model).size() < 2) return std::nullopt;
-    return PartFits{cage::model_bodies(*input.model, reference_options(run, input)), {}};
+    return PartFits{occ::body_references(*input.model, reference_options(run, input)), {}};
 }
 
 namespace {

@@ -52,7 +52,7 @@ void add_fit_options(CLI::App& command, FitCommandOptions& options);
 
 /// What parts of made cages are fitted to, and what came of it so far.
 struct PartFits {
-    std::vector<cage::ModelBody> bodies;
+    std::vector<geom::BodyReference> bodies;
     std::vector<fit::PartFit> known;
 };
 

@@ -56,7 +56,7 @@ report::DetailFigures mesh_details(const Input& input) {
         return static_cast<int>(std::count_if(features.curves.begin(), features.curves.end(),
                                               [&](const auto& c) { return c.kind == kind; }));
     };
-    const int lines = static_cast<int>(input.mesh->feature_sides().size());
+    const int lines = static_cast<int>(input.mesh->surface_mesh(0.0).features.size());
     const geom::TriangleMesh& mesh = input.mesh->mesh();
     return {.smallest_face = m.smallest,
             .narrowest_face = m.narrowest,

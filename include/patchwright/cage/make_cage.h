@@ -1,11 +1,9 @@
-// Control meshes from CAD models and triangles.
+// Control meshes from CAD models and triangle meshes.
 #pragma once
 
 #include <patchwright/base/progress.h>
-#include <patchwright/geom/mesh_reference.h>
+#include <patchwright/geom/model_surface.h>
 #include <patchwright/mesh/cage.h>
-#include <patchwright/occ/cad_model.h>
-#include <patchwright/occ/cad_reference.h>
 
 #include <string>
 #include <vector>
@@ -47,14 +45,9 @@ struct CageResult {
 /// A cage whose limit surface is near the model: sharp edges are creases, corners corners, free
 /// edges boundaries; faces carry the names of the model's. A model with no sharp edges gives a
 /// cage without creases.
-/// @param reference  of this model
 /// @throw InvalidArgument when an option is out of range
 /// @throw InputError when the model cannot be triangulated, or with Method::Aligned when no layout
 ///        is found
-CageResult make_cage(const occ::CadModel& model, const occ::CadReference& reference,
-                     const CageOptions& options = {});
-
-/// The same from triangles: regions between sharp sides are what faces are for CAD models.
-CageResult make_cage(const geom::MeshReference& reference, const CageOptions& options = {});
+CageResult make_cage(const geom::ModelSurface& model, const CageOptions& options = {});
 
 }  // namespace patchwright::cage

@@ -17,12 +17,6 @@ struct MeshReferenceOptions {
     double side_reach_rel = 2e-2;
 };
 
-/// A side of a triangle that lies on a feature curve.
-struct MeshFeatureSide {
-    int v0, v1;  ///< v0 < v1
-    int curve;   ///< number among Features::curves
-};
-
 /// Nearest points are on the triangles as they are. Normals are blended between the points'
 /// (weighted by angle, each side of a feature on its own), curvature comes from how they turn.
 /// Features are chains of sharp and of free sides between corners; a "face" in answers is a
@@ -51,13 +45,13 @@ class MeshReference final : public ModelSurface {
     [[nodiscard]] std::vector<SurfacePiece> pieces() const override;
     [[nodiscard]] Vec3 point_on_face(int face, const Eigen::Vector2d& uv) const override;
 
+    /// The triangles as they are, whatever the deflection. Their faces are regions, which end at
+    /// features and where parts of the file do and have the names of those parts.
+    [[nodiscard]] SurfaceMesh surface_mesh(double deflection_mm) const override;
+    [[nodiscard]] std::vector<std::string> face_names() const override;
+    [[nodiscard]] bool has_cad_faces() const override { return false; }
+
     [[nodiscard]] const TriangleMesh& mesh() const;
-    /// Each once.
-    [[nodiscard]] const std::vector<MeshFeatureSide>& feature_sides() const;
-    /// One a point of the mesh: its number among Features::corners, or -1.
-    [[nodiscard]] const std::vector<int>& corner_numbers() const;
-    /// One a triangle: the region it is in. Regions end at features and where parts of the file do.
-    [[nodiscard]] const std::vector<int>& regions() const;
     [[nodiscard]] int region_count() const;
     /// About how far the triangles are from the rounded surface they stand for: what 95 % of its
     /// area keeps below; millimetres.

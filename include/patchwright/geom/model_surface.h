@@ -2,9 +2,12 @@
 #pragma once
 
 #include <patchwright/geom/reference_surface.h>
+#include <patchwright/geom/surface_mesh.h>
 
 #include <array>
+#include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace patchwright::geom {
@@ -53,9 +56,27 @@ class ModelSurface : public ReferenceSurface {
     /// @pre the face is one of this surface's
     [[nodiscard]] virtual Vec3 point_on_face(int face, const Eigen::Vector2d& uv) const = 0;
 
+    /// Triangles that share their vertices, with the features they lie on.
+    /// @param deflection_mm  largest distance of a triangle from its face, as far as the source of
+    ///                       the triangles keeps it
+    /// @throw InputError when nothing can be triangulated
+    [[nodiscard]] virtual SurfaceMesh surface_mesh(double deflection_mm) const = 0;
+    /// One a face that SurfaceMesh::faces names; empty strings where the file gives no name.
+    [[nodiscard]] virtual std::vector<std::string> face_names() const = 0;
+    /// Whether those faces are CAD faces, with curves as borders. If not, they are regions of
+    /// triangles, whose borders are as jagged as the triangles.
+    [[nodiscard]] virtual bool has_cad_faces() const = 0;
+
     /// Points on all feature curves of one kind, evenly spaced by arc length, both ends included.
     /// @throw InvalidArgument when the spacing is not positive
     [[nodiscard]] std::vector<CurveSample> sample_curves(FeatureKind kind, double spacing_mm) const;
+};
+
+/// Faces of a model that hang together, as a surface of their own. Where bodies overlap or touch,
+/// the nearest point among all of them may lie on the wrong one.
+struct BodyReference {
+    std::vector<int> faces;  ///< of the model
+    std::shared_ptr<const ModelSurface> surface;
 };
 
 }  // namespace patchwright::geom

@@ -67,6 +67,10 @@ class CadReference final : public geom::ModelSurface {
     [[nodiscard]] std::vector<geom::SurfacePiece> pieces() const override;
     [[nodiscard]] geom::Vec3 point_on_face(int face, const Eigen::Vector2d& uv) const override;
 
+    [[nodiscard]] geom::SurfaceMesh surface_mesh(double deflection_mm) const override;
+    [[nodiscard]] std::vector<std::string> face_names() const override;
+    [[nodiscard]] bool has_cad_faces() const override { return true; }
+
     /// For the sources of this room.
     [[nodiscard]] const SearchModel& search_model() const;
 
@@ -74,5 +78,10 @@ class CadReference final : public geom::ModelSurface {
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };
+
+/// The bodies of a model, each as a reference of its own, but for those that cannot be
+/// triangulated.
+std::vector<geom::BodyReference> body_references(const CadModel& model,
+                                                 const ReferenceOptions& options = {});
 
 }  // namespace patchwright::occ

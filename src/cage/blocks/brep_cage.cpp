@@ -24,7 +24,7 @@ std::size_t at(int i) { return std::size_t(i); }
 /// Triangles beside the sides of features.
 class FeatureSides {
   public:
-    explicit FeatureSides(const occ::SurfaceMesh& mesh) : mesh_(mesh) {
+    explicit FeatureSides(const geom::SurfaceMesh& mesh) : mesh_(mesh) {
         for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
             for (std::size_t k = 0; k < 3; ++k)
                 triangles_[std::minmax(mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3])]
@@ -38,15 +38,15 @@ class FeatureSides {
     }
 
   private:
-    const occ::SurfaceMesh& mesh_;
+    const geom::SurfaceMesh& mesh_;
     std::map<std::pair<int, int>, std::vector<int>> triangles_;
 };
 
-Vec3 point_of(const occ::SurfaceMesh& mesh, int v) { return mesh.points.row(v).transpose(); }
+Vec3 point_of(const geom::SurfaceMesh& mesh, int v) { return mesh.points.row(v).transpose(); }
 
 /// Whether the curvature across a side of a smooth feature is another one on the other side.
-bool curvature_jumps(const occ::SurfaceMesh& mesh, const FeatureSides& sides,
-                     const geom::ModelSurface& reference, const occ::FeatureSide& side) {
+bool curvature_jumps(const geom::SurfaceMesh& mesh, const FeatureSides& sides,
+                     const geom::ModelSurface& reference, const geom::FeatureSide& side) {
     constexpr double step_rel = 2e-3, least_change = 0.5, least_bend = 1.0;
     const double diagonal = reference.bounds().diagonal();
     const Vec3 a = point_of(mesh, side.v0), b = point_of(mesh, side.v1);
@@ -74,10 +74,10 @@ bool curvature_jumps(const occ::SurfaceMesh& mesh, const FeatureSides& sides,
 }
 
 /// Adds smooth curves where the curvature jumps.
-void keep_jumps(const occ::SurfaceMesh& mesh, const FeatureSides& sides,
+void keep_jumps(const geom::SurfaceMesh& mesh, const FeatureSides& sides,
                 const geom::ModelSurface& reference, std::vector<char>& kept) {
     std::vector<int> jumps(kept.size(), 0), total(kept.size(), 0);
-    for (const occ::FeatureSide& side : mesh.features) {
+    for (const geom::FeatureSide& side : mesh.features) {
         if (kept[at(side.curve)] != 0) continue;
         const auto& beside = sides.beside(side.v0, side.v1);
         ++total[at(side.curve)];
@@ -89,9 +89,9 @@ void keep_jumps(const occ::SurfaceMesh& mesh, const FeatureSides& sides,
 }
 
 /// Regions with handles, as tori are, keep the seams of their faces.
-void keep_seams(const occ::SurfaceMesh& mesh, const FeatureSides& sides, std::vector<char>& kept) {
+void keep_seams(const geom::SurfaceMesh& mesh, const FeatureSides& sides, std::vector<char>& kept) {
     std::set<std::pair<int, int>> walls;
-    for (const occ::FeatureSide& f : mesh.features)
+    for (const geom::FeatureSide& f : mesh.features)
         if (kept[at(f.curve)] != 0) walls.insert({f.v0, f.v1});
     std::vector<int> region(mesh.triangles.size(), -1);
     for (std::size_t seed = 0; seed < region.size(); ++seed) {
@@ -132,7 +132,7 @@ void keep_seams(const occ::SurfaceMesh& mesh, const FeatureSides& sides, std::ve
         }
         const int euler = int(vertices.size()) - int(edges.size()) + int(pending.size());
         if (euler + borders == 2) continue;
-        for (const occ::FeatureSide& f : mesh.features)
+        for (const geom::FeatureSide& f : mesh.features)
             if (edges.contains({f.v0, f.v1})) kept[at(f.curve)] = 1;
     }
 }
@@ -225,7 +225,7 @@ Blocks blocks_of(BlockLayout& layout, ArcSizes sizes, const geom::ModelSurface& 
 
 }  // namespace
 
-std::vector<char> block_borders(const occ::SurfaceMesh& surface,
+std::vector<char> block_borders(const geom::SurfaceMesh& surface,
                                 const geom::ModelSurface& reference,
                                 const std::vector<char>& kept) {
     const FeatureSides sides(surface);

@@ -5,7 +5,7 @@
 #include "cage/sections/sections.h"
 
 #include <patchwright/cage/make_cage.h>
-#include <patchwright/occ/surface_mesh.h>
+#include <patchwright/geom/surface_mesh.h>
 
 #include <optional>
 #include <string>
@@ -16,7 +16,7 @@ namespace patchwright::cage {
 /// One entry a feature curve: what is kept, and smooth ones where the curvature jumps, as beside
 /// fillets, part blocks; so do the seams of what has handles, as tori have.
 /// @param kept  one entry a feature curve: lines of any cage, sharp and free ones among them
-std::vector<char> block_borders(const occ::SurfaceMesh& surface,
+std::vector<char> block_borders(const geom::SurfaceMesh& surface,
                                 const geom::ModelSurface& reference, const std::vector<char>& kept);
 
 struct BodyBlocks {

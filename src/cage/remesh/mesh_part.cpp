@@ -4,9 +4,9 @@
 
 namespace patchwright::cage {
 
-occ::SurfaceMesh part_of(const Body& body, const std::vector<char>& kept) {
-    const occ::SurfaceMesh& mesh = *body.mesh;
-    occ::SurfaceMesh part;
+geom::SurfaceMesh part_of(const Body& body, const std::vector<char>& kept) {
+    const geom::SurfaceMesh& mesh = *body.mesh;
+    geom::SurfaceMesh part;
     std::vector<int> number(std::size_t(mesh.points.rows()), -1);
     std::vector<int> origin;
     for (const int t : body.triangles) {
@@ -26,7 +26,7 @@ occ::SurfaceMesh part_of(const Body& body, const std::vector<char>& kept) {
     part.points.resize(Eigen::Index(origin.size()), 3);
     for (std::size_t i = 0; i < origin.size(); ++i)
         part.points.row(Eigen::Index(i)) = mesh.points.row(origin[i]);
-    for (const occ::FeatureSide& f : mesh.features) {
+    for (const geom::FeatureSide& f : mesh.features) {
         const auto side = std::minmax(number[std::size_t(f.v0)], number[std::size_t(f.v1)]);
         if (kept[std::size_t(f.curve)] == 0) continue;
         if (side.first >= 0) part.features.push_back({side.first, side.second, f.curve});

@@ -24,14 +24,14 @@ double shape_quality(const Vec3& a, const Vec3& b, const Vec3& c) {
     return longest > 0.0 ? (b - a).cross(c - a).norm() / longest : 0.0;
 }
 
-TriMesh::TriMesh(const occ::SurfaceMesh& mesh)
+TriMesh::TriMesh(const geom::SurfaceMesh& mesh)
     : triangles_(mesh.triangles), faces_(mesh.faces), corners_(mesh.corners) {
     for (Eigen::Index i = 0; i < mesh.points.rows(); ++i) points_.push_back(mesh.points.row(i));
     fans_.resize(points_.size());
     for (std::size_t t = 0; t < triangles_.size(); ++t)
         for (const int v : triangles_[t]) fans_[at(v)].push_back(int(t));
     curves_.assign(triangles_.size(), {-1, -1, -1});
-    for (const occ::FeatureSide& f : mesh.features) {
+    for (const geom::FeatureSide& f : mesh.features) {
         const EdgeSides s = sides(f.v0, f.v1);
         for (std::size_t i = 0; i < 2; ++i)
             if (s.triangle[i] >= 0) curves_[at(s.triangle[i])][at(s.side[i])] = f.curve;

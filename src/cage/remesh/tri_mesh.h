@@ -1,8 +1,8 @@
 // A triangle mesh that changes: collapses, splits and flips that keep features and stay manifold.
 #pragma once
 
+#include <patchwright/geom/surface_mesh.h>
 #include <patchwright/geom/types.h>
-#include <patchwright/occ/surface_mesh.h>
 
 #include <array>
 #include <vector>
@@ -23,7 +23,7 @@ struct EdgeSides {
 
 class TriMesh {
   public:
-    explicit TriMesh(const occ::SurfaceMesh& mesh);
+    explicit TriMesh(const geom::SurfaceMesh& mesh);
 
     [[nodiscard]] int vertex_count() const { return int(points_.size()); }
     [[nodiscard]] int triangle_count() const { return int(triangles_.size()); }

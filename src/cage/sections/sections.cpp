@@ -1,5 +1,7 @@
 #include "cage/sections/sections.h"
 
+#include "geom/disjoint_sets.h"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
@@ -12,23 +14,13 @@ namespace patchwright::cage {
 
 using geom::Vec3;
 
-std::vector<Body> bodies_of(const occ::SurfaceMesh& mesh) {
-    std::vector<int> parent(std::size_t(mesh.points.rows()));
-    std::iota(parent.begin(), parent.end(), 0);
-    const auto find = [&](int v) {
-        while (parent[std::size_t(v)] != v)
-            v = parent[std::size_t(v)] = parent[std::size_t(parent[std::size_t(v)])];
-        return v;
-    };
-    for (const auto& t : mesh.triangles) {
-        for (const int v : {t[1], t[2]}) {
-            const int a = find(t[0]), b = find(v);
-            parent[std::size_t(std::max(a, b))] = std::min(a, b);
-        }
-    }
+std::vector<Body> bodies_of(const geom::SurfaceMesh& mesh) {
+    geom::DisjointSets connected(std::size_t(mesh.points.rows()));
+    for (const auto& t : mesh.triangles)
+        for (const int v : {t[1], t[2]}) connected.join(t[0], v);
     std::map<int, Body> bodies;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        Body& body = bodies[find(mesh.triangles[t][0])];
+        Body& body = bodies[connected.find(mesh.triangles[t][0])];
         body.mesh = &mesh;
         body.triangles.push_back(int(t));
     }
@@ -50,7 +42,7 @@ void SectionLoop::reverse() {
 }
 
 std::vector<SectionLoop> rims(const Body& body) {
-    const occ::SurfaceMesh& mesh = *body.mesh;
+    const geom::SurfaceMesh& mesh = *body.mesh;
     std::map<std::pair<int, int>, int> uses;
     for (const int t : body.triangles) {
         const auto& c = mesh.triangles[std::size_t(t)];
@@ -63,7 +55,7 @@ std::vector<SectionLoop> rims(const Body& body) {
             if (uses[std::minmax(c[k], c[(k + 1) % 3])] == 1) next[c[k]] = c[(k + 1) % 3];
     }
     std::map<int, std::set<int>> reached;
-    for (const occ::FeatureSide& f : mesh.features) {
+    for (const geom::FeatureSide& f : mesh.features) {
         const auto use = uses.find({f.v0, f.v1});
         if (use == uses.end() || use->second == 1) continue;
         for (const int v : {f.v0, f.v1})
@@ -107,7 +99,7 @@ Slicer::Slicer(const Body& body, const Vec3& normal) : body_(&body), normal_(nor
 }
 
 std::vector<SectionLoop> Slicer::cut(double height) const {
-    const occ::SurfaceMesh& mesh = *body_->mesh;
+    const geom::SurfaceMesh& mesh = *body_->mesh;
     using Side = std::pair<int, int>;
     const auto above = [&](int v) { return heights_[std::size_t(v)] >= height; };
     const auto point_on = [&](const Side& side) {
@@ -132,7 +124,7 @@ std::vector<SectionLoop> Slicer::cut(double height) const {
         has_previous.insert(*to);
     }
     std::map<Side, int> feature;
-    for (const occ::FeatureSide& f : mesh.features)
+    for (const geom::FeatureSide& f : mesh.features)
         if (next.contains({f.v0, f.v1}) || has_previous.contains({f.v0, f.v1}))
             feature[{f.v0, f.v1}] = f.curve;
     std::vector<SectionLoop> loops;

@@ -1,7 +1,7 @@
 // Plane sections of a triangle mesh.
 #pragma once
 
-#include <patchwright/occ/surface_mesh.h>
+#include <patchwright/geom/surface_mesh.h>
 
 #include <vector>
 
@@ -9,11 +9,11 @@ namespace patchwright::cage {
 
 /// Triangles that hang together, of a mesh that may have more.
 struct Body {
-    const occ::SurfaceMesh* mesh = nullptr;
+    const geom::SurfaceMesh* mesh = nullptr;
     std::vector<int> triangles;
 };
 
-std::vector<Body> bodies_of(const occ::SurfaceMesh& mesh);
+std::vector<Body> bodies_of(const geom::SurfaceMesh& mesh);
 
 /// Where a section crosses a feature curve.
 struct Crossing {

@@ -163,7 +163,7 @@ class TubeFinder {
         }
         for (const auto& [curve, count] : crossed)
             if (counts.size() == 1 || count >= 2 * options_.around) rings_.insert(curve);
-        for (const occ::FeatureSide& f : body_.mesh->features) {
+        for (const geom::FeatureSide& f : body_.mesh->features) {
             if (!is_sharp(f.curve) || rings_.contains(f.curve) ||
                 !std::binary_search(mine_.begin(), mine_.end(), f.v0))
                 continue;
@@ -237,7 +237,7 @@ class TubeFinder {
     /// Free edges with corners are no rings.
     bool has_round_rims() {
         const geom::Features& features = reference_.features();
-        for (const occ::FeatureSide& f : body_.mesh->features) {
+        for (const geom::FeatureSide& f : body_.mesh->features) {
             const geom::FeatureCurve& curve = features.curves[std::size_t(f.curve)];
             if (curve.kind == geom::FeatureKind::Free && curve.start_corner >= 0 &&
                 std::binary_search(mine_.begin(), mine_.end(), f.v0))
@@ -355,7 +355,7 @@ Vec3 TubeLine::at(int piece, double share) const {
 
 TubeSearch find_tube(const Body& body, const geom::ModelSurface& reference,
                      const TubeOptions& options) {
-    const occ::SurfaceMesh& mesh = *body.mesh;
+    const geom::SurfaceMesh& mesh = *body.mesh;
     Vec3 center = Vec3::Zero();
     double area = 0.0;
     for (const int t : body.triangles) {

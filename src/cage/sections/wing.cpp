@@ -20,7 +20,7 @@ constexpr int samples_along = 13;
 /// Directions that the span may have: across flat lids first, the largest one before all, then the
 /// axes, longest first.
 std::vector<Vec3> possible_axes(const Body& body) {
-    const occ::SurfaceMesh& mesh = *body.mesh;
+    const geom::SurfaceMesh& mesh = *body.mesh;
     geom::Box3 box;
     for (const int t : body.triangles)
         for (const int v : mesh.triangles[std::size_t(t)]) box.add(mesh.points.row(v).transpose());

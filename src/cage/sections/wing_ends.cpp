@@ -11,7 +11,7 @@ namespace patchwright::cage {
 using geom::Vec3;
 
 bool WingFinder::classify(WingEnd& end) {
-    const occ::SurfaceMesh& mesh = *wing_.slicer.body().mesh;
+    const geom::SurfaceMesh& mesh = *wing_.slicer.body().mesh;
     const auto at_end = [&](int v) {
         return std::abs(wing_.slicer.height(v) - end.extreme) < flat_rel * wing_.span;
     };
@@ -106,7 +106,7 @@ bool WingFinder::place_ring(WingEnd& end) {
 
 bool WingFinder::on_body(int curve) const {
     const auto& features = wing_.slicer.body().mesh->features;
-    return std::any_of(features.begin(), features.end(), [&](const occ::FeatureSide& f) {
+    return std::any_of(features.begin(), features.end(), [&](const geom::FeatureSide& f) {
         return f.curve == curve && wing_.slicer.holds(f.v0);
     });
 }

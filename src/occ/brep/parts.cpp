@@ -1,6 +1,8 @@
+#include "geom/disjoint_sets.h"
 #include "occ/exchange/cad_model_impl.h"
 
 #include <patchwright/base/error.h>
+#include <patchwright/occ/cad_reference.h>
 
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
@@ -11,19 +13,11 @@
 #include <TopoDS_Edge.hxx>
 #include <fmt/format.h>
 
-#include <numeric>
-
 namespace patchwright::occ {
 
 std::vector<std::vector<int>> connected_faces(const CadModel& model) {
     const std::vector<TopoDS_Face> faces = faces_of(model);
-    std::vector<int> parent(faces.size());
-    std::iota(parent.begin(), parent.end(), 0);
-    const auto root = [&](int f) {
-        while (parent[std::size_t(f)] != f)
-            f = parent[std::size_t(f)] = parent[std::size_t(parent[std::size_t(f)])];
-        return f;
-    };
+    geom::DisjointSets bodies(faces.size());
     TopTools_IndexedMapOfShape edges;
     std::vector<int> first;  // face of each edge
     for (std::size_t f = 0; f < faces.size(); ++f) {
@@ -31,21 +25,10 @@ std::vector<std::vector<int>> connected_faces(const CadModel& model) {
             if (BRep_Tool::Degenerated(TopoDS::Edge(it.Current()))) continue;
             const auto number = std::size_t(edges.Add(it.Current()));
             if (number > first.size()) first.push_back(int(f));
-            const int a = root(first[number - 1]), b = root(int(f));
-            parent[std::size_t(std::max(a, b))] = std::min(a, b);
+            bodies.join(first[number - 1], int(f));
         }
     }
-    std::vector<std::vector<int>> parts;
-    std::vector<int> part(faces.size(), -1);
-    for (std::size_t f = 0; f < faces.size(); ++f) {
-        int& number = part[std::size_t(root(int(f)))];
-        if (number < 0) {
-            number = int(parts.size());
-            parts.emplace_back();
-        }
-        parts[std::size_t(number)].push_back(int(f));
-    }
-    return parts;
+    return bodies.sets();
 }
 
 CadModel part_of(const CadModel& model, const std::vector<int>& faces) {
@@ -66,6 +49,20 @@ CadModel part_of(const CadModel& model, const std::vector<int>& faces) {
     }
     impl->shape = compound;
     return CadModel(std::move(impl));
+}
+
+std::vector<geom::BodyReference> body_references(const CadModel& model,
+                                                 const ReferenceOptions& options) {
+    std::vector<geom::BodyReference> bodies;
+    for (std::vector<int>& faces : connected_faces(model)) {
+        try {
+            auto surface = std::make_shared<const CadReference>(part_of(model, faces), options);
+            bodies.push_back({std::move(faces), std::move(surface)});
+        } catch (const base::InputError&) {
+            continue;  // no triangles, and so no part of a cage
+        }
+    }
+    return bodies;
 }
 
 }  // namespace patchwright::occ

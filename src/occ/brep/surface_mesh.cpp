@@ -1,8 +1,8 @@
-#include "occ/exchange/cad_model_impl.h"
-#include "occ/foot/foot_point_engine.h"
-#include "occ/kernel_guard.h"
+#include "occ/brep/surface_mesh.h"
 
-#include <patchwright/occ/surface_mesh.h>
+#include "geom/disjoint_sets.h"
+#include "occ/exchange/cad_model_impl.h"
+#include "occ/kernel_guard.h"
 
 #include <BRepMesh_IncrementalMesh.hxx>
 #include <BRep_Tool.hxx>
@@ -18,37 +18,17 @@
 #include <algorithm>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <set>
 
 namespace patchwright::occ {
 
+using geom::DisjointSets;
+using geom::FeatureSide;
+using geom::SurfaceMesh;
+
 namespace {
 
 constexpr double angular_deflection_rad = 0.35;
-
-/// Nodes that are one point of the model, found by joining.
-class Classes {
-  public:
-    int add() {
-        parent_.push_back(int(parent_.size()));
-        return parent_.back();
-    }
-    int find(int i) {
-        while (parent_[std::size_t(i)] != i)
-            i = parent_[std::size_t(i)] = parent_[std::size_t(parent_[std::size_t(i)])];
-        return i;
-    }
-    void join(int a, int b) {
-        a = find(a);
-        b = find(b);
-        parent_[std::size_t(std::max(a, b))] = std::min(a, b);
-    }
-    [[nodiscard]] std::size_t size() const { return parent_.size(); }
-
-  private:
-    std::vector<int> parent_;
-};
 
 /// Collects the triangulations of the faces and glues them along edges and vertices.
 class Gluing {
@@ -298,7 +278,7 @@ class Gluing {
     std::vector<int> parting_;              // nodes where an edge is parted, by vertex; or -1
     std::vector<std::vector<int>> nodes_;   // along each edge of the shape
     std::map<std::size_t, std::vector<std::pair<int, int>>> chords_;  // of edges with two nodes
-    Classes classes_;
+    DisjointSets classes_;  // nodes that are one point of the model
     std::vector<geom::Vec3> points_;
     std::vector<std::array<int, 3>> triangles_;
     std::vector<int> faces_;
@@ -325,8 +305,7 @@ std::set<std::pair<int, int>> crowded_edges(const SurfaceMesh& mesh) {
 void split_fans(SurfaceMesh& mesh) {
     const auto crowded = crowded_edges(mesh);
     const auto count = mesh.triangles.size();
-    Classes wedges;  // corner k of triangle t is 3 t + k
-    for (std::size_t i = 0; i < 3 * count; ++i) wedges.add();
+    DisjointSets wedges(3 * count);  // corner k of triangle t is 3 t + k
     std::map<std::pair<int, int>, std::size_t> half;
     for (std::size_t t = 0; t < count; ++t)
         for (std::size_t k = 0; k < 3; ++k)
@@ -381,17 +360,16 @@ void split_fans(SurfaceMesh& mesh) {
 
 }  // namespace
 
-SurfaceMesh surface_mesh(const CadModel& model, const CadReference& reference,
-                         double deflection_mm) {
+SurfaceMesh surface_mesh(const CadModel& model, const SearchModel& search, double deflection_mm) {
     return guard_kernel<base::InputError>("triangulating", [&] {
         const SearchableShape copy = make_searchable(model.impl().shape);
         const BRepMesh_IncrementalMesh mesher(copy.shape, deflection_mm, Standard_False,
                                               angular_deflection_rad, Standard_True);
-        Gluing gluing(copy.shape, reference.search_model().network);
+        Gluing gluing(copy.shape, search.network);
         int without = 0;
         for (std::size_t i = 0; i < copy.faces.size(); ++i)
             if (!gluing.add(copy.faces[i], int(i))) ++without;
-        SurfaceMesh mesh = gluing.result(reference.search_model());
+        SurfaceMesh mesh = gluing.result(search);
         mesh.faces_without = without;
         if (mesh.triangles.empty())
             throw base::InputError("CAD model: no face can be triangulated; heal the file");

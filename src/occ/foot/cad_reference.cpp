@@ -1,3 +1,4 @@
+#include "occ/brep/surface_mesh.h"
 #include "occ/exchange/cad_model_impl.h"
 #include "occ/foot/foot_point_engine.h"
 #include "occ/foot/reference_sampling.h"
@@ -319,5 +320,11 @@ std::vector<geom::SurfacePiece> CadReference::pieces() const {
 Vec3 CadReference::point_on_face(int face, const Eigen::Vector2d& uv) const {
     return impl_->search.surfaces[std::size_t(face)].at(uv);
 }
+
+geom::SurfaceMesh CadReference::surface_mesh(double deflection_mm) const {
+    return occ::surface_mesh(impl_->model, impl_->search, deflection_mm);
+}
+
+std::vector<std::string> CadReference::face_names() const { return occ::face_names(impl_->model); }
 
 }  // namespace patchwright::occ
