@@ -50,17 +50,25 @@ std::vector<std::vector<int>> connected_faces(const CadModel& model);
 /// @throw InvalidArgument when a number is none of a face
 CadModel part_of(const CadModel& model, const std::vector<int>& faces);
 
+/// An entity of a file that should have given faces and gave none.
+struct LostEntity {
+    std::string entity;  ///< as the file numbers it: "#17" in STEP, directory entry "D17" in IGES
+    std::string type;    ///< "ADVANCED_FACE", "144 trimmed surface"
+    std::optional<std::string> reason;
+};
+
 /// What reading changed or noticed; empty vectors and zeros for a clean file.
 struct ReadReport {
     FileFormat format = FileFormat::Step;
     std::string schema;              ///< "AP214", "IGES 5.3", ...; may be empty
     std::string originating_system;  ///< as the file says; may be empty
     base::LengthUnit unit = base::LengthUnit::Millimetre;  ///< of the file, or the override
-    int faces_in_file = 0;
-    int free_edges_before = 0;         ///< edges used by one face only, as read
-    int free_edges_after = 0;          ///< after sewing
-    double largest_gap_mm = 0.0;       ///< largest gap that sewing closed
-    double sewing_tolerance_mm = 0.0;  ///< 0: nothing was sewn
+    int faces_in_file = 0;                                 ///< that could be transferred
+    std::vector<LostEntity> lost;                          ///< what could not; STEP and IGES only
+    int free_edges_before = 0;                             ///< edges used by one face only, as read
+    int free_edges_after = 0;                              ///< after sewing
+    double largest_gap_mm = 0.0;                           ///< largest gap that sewing closed
+    double sewing_tolerance_mm = 0.0;                      ///< 0: nothing was sewn
     /// Distances from free edges to the next one after sewing; 0 when nothing is open.
     double smallest_open_gap_mm = 0.0, largest_open_gap_mm = 0.0;
     int duplicates_dropped = 0;        ///< loose faces that lie on another

@@ -59,8 +59,8 @@ std::optional<int> promised_lines(std::string_view record, char section) {
 
 }  // namespace
 
-void check_step_file(const Path& path) {
-    const std::string text = content_of(path);
+std::string check_step_file(const Path& path) {
+    std::string text = content_of(path);
     if (text.substr(0, 1 << 16).find("ISO-10303-21;") == std::string::npos) {
         refuse(path, "is not a STEP file: it does not start with ISO-10303-21");
     }
@@ -75,6 +75,7 @@ void check_step_file(const Path& path) {
     if (text.rfind("ENDSEC;", end) < data) {
         refuse(path, "is cut off: the DATA section does not end; get a complete copy");
     }
+    return text;
 }
 
 std::string check_iges_file(const Path& path) {

@@ -22,8 +22,8 @@ template <class... Args>
 /// The kernel's readers say "done" to cut-off files, and crash or loop forever on some; these do
 /// not.
 /// @throw InputError naming the file and what is missing
-void check_step_file(const std::filesystem::path& path);
 /// @return the whole file
+std::string check_step_file(const std::filesystem::path& path);
 std::string check_iges_file(const std::filesystem::path& path);
 void check_brep_file(const std::filesystem::path& path);
 

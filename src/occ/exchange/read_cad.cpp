@@ -3,6 +3,7 @@
 #include "occ/exchange/face_attributes.h"
 #include "occ/exchange/file_checks.h"
 #include "occ/exchange/iges_repair.h"
+#include "occ/exchange/lost_entities.h"
 #include "occ/exchange/temporary_file.h"
 #include "occ/heal/heal.h"
 #include "occ/kernel_guard.h"
@@ -78,7 +79,7 @@ std::string step_schema_name(const std::string& identifier) {
 }
 
 TopoDS_Shape read_step(const Path& path, ReadReport& report, FaceAttributeMap& attributes) {
-    check_step_file(path);
+    const std::string text = check_step_file(path);
     ExchangeSession session;
     STEPControl_Reader reader;
     if (reader.ReadFile(path.c_str()) != IFSelect_RetDone) {
@@ -111,7 +112,9 @@ TopoDS_Shape read_step(const Path& path, ReadReport& report, FaceAttributeMap& a
     }
     reader.TransferRoots();
     attributes = step_attributes(reader);
-    return reader.OneShape();
+    TopoDS_Shape shape = reader.OneShape();
+    report.lost = lost_in_step(reader, shape, text);
+    return shape;
 }
 
 TopoDS_Shape read_iges(const Path& path, ReadReport& report, FaceAttributeMap& attributes) {
@@ -153,7 +156,9 @@ TopoDS_Shape read_iges(const Path& path, ReadReport& report, FaceAttributeMap& a
     }
     reader.TransferRoots();
     attributes = iges_attributes(reader);
-    return reader.OneShape();
+    TopoDS_Shape shape = reader.OneShape();
+    report.lost = lost_in_iges(reader, shape);
+    return shape;
 }
 
 TopoDS_Shape read_brep(const Path& path) {
@@ -201,6 +206,10 @@ ReadResult read_cad(const Path& path, const ReadOptions& options) {
                              : report.format == FileFormat::Iges
                                  ? read_iges(path, report, attributes)
                                  : read_brep(path);
+        for (const LostEntity& lost : report.lost)
+            report.notices.push_back(fmt::format("{}: {} {} is lost{}{}", path.string(),
+                                                 lost.entity, lost.type, lost.reason ? ": " : "",
+                                                 lost.reason.value_or("")));
         report.faces_in_file = face_count(shape);
         if (report.faces_in_file == 0) {
             refuse(path,

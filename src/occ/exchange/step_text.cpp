@@ -21,7 +21,7 @@ constexpr std::string_view plane_context =
 
 bool is_space(char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; }
 
-/// Takes a data section apart into statements without white space outside strings.
+/// Takes a data section apart into statements, without white space and comments outside strings.
 class Statements {
   public:
     explicit Statements(std::string_view text) : text_(text) {}
@@ -33,6 +33,10 @@ class Statements {
         for (; at_ < text_.size(); ++at_) {
             const char c = text_[at_];
             if (c == '\'') in_string = !in_string;
+            if (!in_string && text_.substr(at_, 2) == "/*") {
+                at_ = std::min(text_.find("*/", at_ + 2), text_.size() - 2) + 1;
+                continue;
+            }
             if (c == ';' && !in_string) {
                 ++at_;
                 return true;
@@ -235,6 +239,49 @@ std::string encode_step_text(std::string_view text) {
         }
     }
     return out;
+}
+
+StepInstances step_instances(std::string_view text, const std::set<int>& numbers) {
+    StepInstances result;
+    Statements statements(text);
+    std::string statement;
+    while (statements.next(statement)) {
+        const std::size_t equals = statement.find('=');
+        if (statement.empty() || statement[0] != '#' || equals == std::string::npos) continue;
+        int number = 0;
+        std::from_chars(statement.data() + 1, statement.data() + equals, number);
+        if (numbers.count(number) > 0) result[number] = statement.substr(equals + 1);
+    }
+    return result;
+}
+
+std::vector<int> step_references(std::string_view instance) {
+    std::vector<int> result;
+    bool in_string = false;
+    for (std::size_t i = 0; i < instance.size(); ++i) {
+        if (instance[i] == '\'') in_string = !in_string;
+        if (in_string || instance[i] != '#') continue;
+        std::from_chars(instance.data() + i + 1, instance.data() + instance.size(),
+                        result.emplace_back(0));
+    }
+    return result;
+}
+
+std::string step_type(std::string_view instance) {
+    const std::size_t open = instance.find('(');
+    if (open != 0) return std::string(instance.substr(0, open));
+    std::string result;
+    int depth = 0;
+    bool in_string = false;
+    for (const char c : instance) {
+        if (c == '\'') in_string = !in_string;
+        if (in_string) continue;
+        if (c == ')') --depth;
+        if (c != '(' && c != ')' && depth == 1) result += c;
+        if (c == '(' && ++depth == 2) result += '+';
+    }
+    if (!result.empty()) result.pop_back();
+    return result;
 }
 
 }  // namespace patchwright::occ
