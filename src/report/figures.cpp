@@ -97,7 +97,7 @@ class SectionWriter {
             row("sharp chains", "{} on the input's, {} from them at most", best.chains_on_features,
                 relative(best.curve_max_mm));
         }
-        if (f.symmetry_axis >= 0) row("symmetry", "plane {} = 0 kept", "xyz"[f.symmetry_axis]);
+        if (f.symmetry_axis) row("symmetry", "plane {} = 0 kept", "xyz"[*f.symmetry_axis]);
         row("fairness",
             "curvature variation {:.4g} to {:.4g}, skew {:.3f} to {:.3f}, uneven {:.3f} "
             "to {:.3f}, least angle {:.1f} to {:.1f} degrees",

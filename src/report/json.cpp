@@ -81,23 +81,23 @@ class Writer {
     Json fit(const FitFigures& f) const {
         Json levels = Json::array();
         for (const fit::FitLevel& l : f.levels) {
-            levels.push_back(
-                {{"vertices", l.vertices},
-                 {"faces", l.faces},
-                 {"samples", l.samples},
-                 {"projections", l.projections},
-                 {"cgls_steps", l.cgls_steps},
-                 {"solves_ended",
-                  {{"by_residual", l.projections - l.solves_by_length - l.solves_by_steps},
-                   {"by_length", l.solves_by_length},
-                   {"by_steps", l.solves_by_steps}}},
-                 {"rms", length(l.rms_mm)},
-                 {"max", length(l.max_mm)},
-                 {"reverse_max", length(l.reverse_max_mm)},
-                 {"curve_max", length(l.curve_max_mm)},
-                 {"chains_on_features", l.chains_on_features},
-                 {"local", l.local},
-                 {"seconds", l.seconds}});
+            levels.push_back({{"vertices", l.vertices},
+                              {"faces", l.faces},
+                              {"samples", l.samples},
+                              {"projections", l.projections},
+                              {"cgls_steps", l.cgls_steps},
+                              {"solves_ended",
+                               {{"by_residual", l.projections - l.solves_by_step_tolerance -
+                                                    l.solves_by_max_iterations},
+                                {"by_length", l.solves_by_step_tolerance},
+                                {"by_steps", l.solves_by_max_iterations}}},
+                              {"rms", length(l.rms_mm)},
+                              {"max", length(l.max_mm)},
+                              {"reverse_max", length(l.reverse_max_mm)},
+                              {"curve_max", length(l.curve_max_mm)},
+                              {"chains_on_features", l.chains_on_features},
+                              {"local", l.local},
+                              {"seconds", l.seconds}});
         }
         const auto fairness = [](const measure::Fairness& fair) {
             return Json{{"curvature_variation", fair.curvature_variation},
@@ -107,7 +107,7 @@ class Writer {
         };
         return {{"tolerance", length(f.tolerance)},
                 {"met", f.met},
-                {"symmetry", f.symmetry_axis < 0 ? "none" : std::string(1, "xyz"[f.symmetry_axis])},
+                {"symmetry", f.symmetry_axis ? std::string(1, "xyz"[*f.symmetry_axis]) : "none"},
                 {"levels", levels},
                 {"best_level", f.best_level},
                 {"fairness", {{"before", fairness(f.before)}, {"after", fairness(f.after)}}}};

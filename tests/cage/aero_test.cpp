@@ -145,7 +145,8 @@ std::vector<Vec3> extraordinary(const mesh::Cage& cage) {
 void check_deviation(const mesh::Cage& cage, const Shape& shape, double tolerance_rel) {
     const double tolerance = tolerance_rel * shape.reference.bounds().diagonal();
     const fit::FitResult fitted =
-        fit::fit(cage, shape.reference, {.tolerance_mm = 0.6 * tolerance, .keeps_form = false});
+        fit::fit(cage, shape.reference,
+                 {.tolerance_mm = 0.6 * tolerance, .preserve_parametrisation = false});
     CHECK(fitted.met);
     const Shape result = shape_of(fitted.cage);
     double worst = 0.0;

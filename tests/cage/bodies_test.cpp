@@ -45,7 +45,8 @@ TEST_CASE("parts of a cage are fitted to the bodies that they lie on", "[layout]
         CHECK(is_body);
     }
     // Flat faces between sharp edges: the limit surface can be the model.
-    const fit::FitOptions options{.tolerance_mm = 1e-6, .max_levels = 0, .keeps_form = false};
+    const fit::FitOptions options{
+        .tolerance_mm = 1e-6, .max_levels = 0, .preserve_parametrisation = false};
     const auto fitted = fit::fit_parts(parts, references, options);
     CHECK(fitted.whole.met);
     CHECK(fitted.whole.levels.size() == 1);
@@ -86,7 +87,8 @@ TEST_CASE("parts of a cage on the same body are fitted together", "[layout]") {
         return test::make_cage(points, renumbered);
     };
     const auto* body = bodies[0].surface.get();
-    const fit::FitOptions options{.tolerance_mm = 0.1, .max_levels = 0, .keeps_form = false};
+    const fit::FitOptions options{
+        .tolerance_mm = 0.1, .max_levels = 0, .preserve_parametrisation = false};
     const auto fitted = fit::fit_parts({half({0, 2, 4}), half({1, 3, 5})}, {body, body}, options);
     REQUIRE(fitted.parts.size() == 1);
     CHECK(fitted.parts[0].given.topology->face_count() == 6);

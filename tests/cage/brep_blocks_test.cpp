@@ -25,7 +25,8 @@ using test::shape_of;
 double fitted_distance(const mesh::Cage& cage, const Shape& shape) {
     const double diagonal = shape.reference.bounds().diagonal();
     const auto result =
-        fit::fit(cage, shape.reference, {.tolerance_mm = 1e-4 * diagonal, .keeps_form = false});
+        fit::fit(cage, shape.reference,
+                 {.tolerance_mm = 1e-4 * diagonal, .preserve_parametrisation = false});
     return result.levels[std::size_t(result.best_level)].max_mm / diagonal;
 }
 

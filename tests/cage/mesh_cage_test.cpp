@@ -27,9 +27,10 @@ Fitted fitted_to(const geom::MeshReference& reference) {
     result.tolerance = tolerance_rel * reference.bounds().diagonal();
     const auto made = cage::make_cage(
         reference, {.method = cage::Method::Remesh, .tolerance_rel = tolerance_rel});
-    const fit::FitResult fitted =
-        fit::fit(made.cage, reference,
-                 {.tolerance_mm = 0.8 * result.tolerance, .max_levels = 2, .keeps_form = false});
+    const fit::FitResult fitted = fit::fit(made.cage, reference,
+                                           {.tolerance_mm = 0.8 * result.tolerance,
+                                            .max_levels = 2,
+                                            .preserve_parametrisation = false});
     result.cage = fitted.cage;
     const fit::FitLevel& level = fitted.levels[std::size_t(fitted.best_level)];
     result.worst = std::max(level.max_mm, level.curve_max_mm);

@@ -28,7 +28,7 @@ namespace {
 
 constexpr double major = 3.0, minor = 1.0;
 // Whole solves end when no control point moves by more than this; the tube's radius is 1.
-constexpr double least_change = 1e-8;
+constexpr double step_tolerance = 1e-8;
 // Stored rows beyond this take more memory than common machines have.
 constexpr double most_entries = 5e8;
 
@@ -133,7 +133,7 @@ Nested solve_nested(const Problem& finest, int samples_along) {
         return fit::solve_cgls(fit::LimitRows(p.limit), p.target, start,
                                {.max_iterations = 500,
                                 .relative_residual = 0.0,
-                                .least_change = change,
+                                .step_tolerance = change,
                                 .preconditioner = &preconditioner});
     };
     Nested result;
@@ -146,7 +146,7 @@ Nested solve_nested(const Problem& finest, int samples_along) {
         }
     });
     result.finest_seconds =
-        test::seconds([&] { result.finest = solve(finest, result.start, least_change); });
+        test::seconds([&] { result.finest = solve(finest, result.start, step_tolerance); });
     return result;
 }
 
@@ -194,19 +194,17 @@ ordered_json measure_solves(const Problem& p, const bench::StoredRows* stored, i
                                          {.max_iterations = 200, .relative_residual = 1e-9})
                              .x;
     const auto error = [&](const Points& x) { return (x - exact).cwiseAbs().maxCoeff(); };
-    ordered_json result{{"least_change", least_change},
-                        {"steps", nested.finest.iterations},
-                        {"steps_of_coarser", nested.coarse_steps},
-                        {"seconds", seconds},
-                        {"of_them_coarser", nested.start_seconds},
-                        {"error", error(nested.finest.x)}};
+    ordered_json result{
+        {"step_tolerance", step_tolerance},        {"steps", nested.finest.iterations},
+        {"steps_of_coarser", nested.coarse_steps}, {"seconds", seconds},
+        {"of_them_coarser", nested.start_seconds}, {"error", error(nested.finest.x)}};
     fit::CglsResult from_zero;
     result["seconds_from_zero"] = test::seconds([&] {
         const fit::MeshPreconditioner preconditioner(*p.cage.topology);
         from_zero = fit::solve_cgls(ours, p.target, zero,
                                     {.max_iterations = 500,
                                      .relative_residual = 0.0,
-                                     .least_change = least_change,
+                                     .step_tolerance = step_tolerance,
                                      .preconditioner = &preconditioner});
     });
     result["steps_from_zero"] = from_zero.iterations;
@@ -214,7 +212,7 @@ ordered_json measure_solves(const Problem& p, const bench::StoredRows* stored, i
     result["seconds_not_preconditioned"] = test::seconds([&] {
         plain = fit::solve_cgls(
             ours, p.target, nested.start,
-            {.max_iterations = 500, .relative_residual = 0.0, .least_change = least_change});
+            {.max_iterations = 500, .relative_residual = 0.0, .step_tolerance = step_tolerance});
     });
     result["steps_not_preconditioned"] = plain.iterations;
     if (stored == nullptr || samples_along != 2) return result;
@@ -260,8 +258,7 @@ ordered_json measure_fit_step(int nu, int nv) {
                          {.tolerance_mm = 1e-5,
                           .max_levels = 0,
                           .max_vertices = 10000000,
-                          .max_projections = 1,
-                          .samples_per_edge = 2})
+                          .solver = {.max_projections = 1, .samples_per_edge = 2}})
                     .levels.front();
     });
     return {{"seconds", seconds},

@@ -137,7 +137,7 @@ fit::CglsResult StoredRows::solve(const Points& b, const Points& start,
             product(transposed_, r, s, [&](Eigen::Index at, Eigen::Index count) {
                 const auto step = d.middleRows(at, count) * alpha.matrix().asDiagonal();
                 result.x.middleRows(at, count).noalias() += step;
-                if (options.least_change > 0.0) {
+                if (options.step_tolerance > 0.0) {
                     change[std::size_t(at) / grain] = Points(step).cwiseAbs().maxCoeff();
                 }
             });
@@ -149,8 +149,8 @@ fit::CglsResult StoredRows::solve(const Points& b, const Points& start,
         });
         gamma = next;
         ++result.iterations;
-        if (options.least_change > 0.0 &&
-            *std::max_element(change.begin(), change.end()) <= options.least_change) {
+        if (options.step_tolerance > 0.0 &&
+            *std::max_element(change.begin(), change.end()) <= options.step_tolerance) {
             break;
         }
     }

@@ -1,7 +1,7 @@
 // What the solver of the fit is compared with: stored sparse rows, Eigen, CHOLMOD.
 #pragma once
 
-#include <patchwright/fit/cgls.h>
+#include "fit/solve/cgls.h"
 #include <patchwright/mesh/cage.h>
 #include <patchwright/subd/limit_operator.h>
 

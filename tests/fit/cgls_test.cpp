@@ -1,5 +1,6 @@
+#include "fit/solve/cgls.h"
+
 #include <patchwright/base/error.h>
-#include <patchwright/fit/cgls.h>
 
 #include <catch2/catch.hpp>
 
@@ -53,9 +54,9 @@ TEST_CASE("CGLS stops when no unknown moves by more than a length", "[fit]") {
     const geom::Points b = geom::Points::Random(60, 3), zero = geom::Points::Zero(20, 3);
     const auto whole = fit::solve_cgls(a, b, zero, {.relative_residual = 1e-14});
     const auto early =
-        fit::solve_cgls(a, b, zero, {.relative_residual = 0.0, .least_change = 1e-4});
+        fit::solve_cgls(a, b, zero, {.relative_residual = 0.0, .step_tolerance = 1e-4});
     CHECK(early.iterations < whole.iterations);
-    CHECK(early.stop == fit::CglsStop::LeastChange);
+    CHECK(early.stop == fit::CglsStop::StepTolerance);
     CHECK(whole.stop == fit::CglsStop::Residual);
     CHECK((early.x - whole.x).cwiseAbs().maxCoeff() < 1e-3);
     // The step before moved something by more.
@@ -71,9 +72,9 @@ TEST_CASE("CGLS measures a step in the unit of what its unknowns stand for", "[f
     const geom::Points b = geom::Points::Random(60, 3), zero = geom::Points::Zero(20, 3);
     const geom::Points sizes = geom::Points::Constant(20, 3, 1e3);
     const auto millimetres =
-        fit::solve_cgls(a, b, zero, {.relative_residual = 0.0, .least_change = 1e-4});
+        fit::solve_cgls(a, b, zero, {.relative_residual = 0.0, .step_tolerance = 1e-4});
     const auto metres = fit::solve_cgls(
-        a, b, zero, {.relative_residual = 0.0, .least_change = 0.1, .unknown_sizes = &sizes});
+        a, b, zero, {.relative_residual = 0.0, .step_tolerance = 0.1, .unknown_sizes = &sizes});
     CHECK(metres.iterations == millimetres.iterations);
     const geom::Points few = geom::Points::Ones(3, 3);
     CHECK_THROWS_AS(fit::solve_cgls(a, b, zero, {.unknown_sizes = &few}), base::InvalidArgument);

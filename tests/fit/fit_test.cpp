@@ -101,8 +101,9 @@ TEST_CASE("a disturbed cage finds the limit surface it comes from", "[fit][oracl
     mesh::Cage disturbed = cage;
     std::srand(7);
     disturbed.points += 0.03 * geom::Points::Random(cage.points.rows(), 3);
-    const auto result = fit::fit(disturbed, LimitReference(cage),
-                                 {.tolerance_mm = 1e-10, .max_levels = 0, .max_projections = 200});
+    const auto result =
+        fit::fit(disturbed, LimitReference(cage),
+                 {.tolerance_mm = 1e-10, .max_levels = 0, .solver = {.max_projections = 200}});
     CHECK(result.levels.back().max_mm < 1e-10);
 }
 

@@ -1,11 +1,11 @@
 #include "fit/solve/mesh_preconditioner.h"
 
+#include "fit/solve/cgls.h"
 #include "fit/solve/limit_rows.h"
 #include "support/cages.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
-#include <patchwright/fit/cgls.h>
 
 #include <catch2/catch.hpp>
 

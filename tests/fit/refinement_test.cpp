@@ -72,9 +72,11 @@ TEST_CASE("splitting strips where the cage is too coarse takes fewer vertices", 
 
 TEST_CASE("lines stay even where only the given form holds them", "[fit][oracle]") {
     // A step so steep that lines slide on it for next to no gain in distance.
-    const auto fitted = [](bool keeps_form) {
+    const auto fitted = [](bool preserve_parametrisation) {
         return fit::fit(sheet(), Ridge(0.3),
-                        {.tolerance_mm = 0.03, .max_levels = 0, .keeps_form = keeps_form});
+                        {.tolerance_mm = 0.03,
+                         .max_levels = 0,
+                         .preserve_parametrisation = preserve_parametrisation});
     };
     const auto held = fitted(true), free = fitted(false);
     CHECK(held.levels[0].rms_mm == Approx(free.levels[0].rms_mm).epsilon(0.05));

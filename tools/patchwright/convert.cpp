@@ -198,8 +198,8 @@ Attempt best_of_tries(Run& run, const ConvertOptions& options, const Input& inpu
         bool met = false;
         for (const bool held : {true, false}) {
             FitCommandOptions fit = for_made_cage(options.fit, made);
-            if (held && !fit.keeps_form) continue;
-            fit.keeps_form = held;
+            if (held && !fit.preserve_parametrisation) continue;
+            fit.preserve_parametrisation = held;
             Attempt now =
                 attempt(run, options, made.cage, fit, reference, parts ? &*parts : nullptr);
             // Blocks that lose sharp curves are no better than triangles that keep them.

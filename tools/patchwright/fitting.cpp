@@ -80,8 +80,8 @@ FitCommandOptions for_made_cage(FitCommandOptions options, const cage::CageResul
     // Another cage may serve better than levels that gain nothing.
     options.max_idle_levels = std::min(options.max_idle_levels, 2);
     // Remeshed faces and blocks have the form they happen to have.
-    options.keeps_form = made.method == cage::Method::Aligned && !made.from_faces;
-    if (options.keeps_form) return options;
+    options.preserve_parametrisation = made.method == cage::Method::Aligned && !made.from_faces;
+    if (options.preserve_parametrisation) return options;
     options.max_levels =
         std::min(options.max_levels, made.from_faces ? most_levels_of_blocks : most_levels);
     const int faces = made.cage.topology->face_count();
@@ -144,7 +144,7 @@ mesh::Cage fit_cage(Run& run, const mesh::Cage& cage, const geom::ModelSurface& 
         .max_levels = options.max_levels,
         .max_vertices = options.max_vertices,
         .max_idle_levels = options.max_idle_levels,
-        .keeps_form = options.keeps_form,
+        .preserve_parametrisation = options.preserve_parametrisation,
         .symmetry = symmetry_option(options.symmetry),
         .progress = run.progress()};
     std::optional<fit::FitResult> of_parts = fit_by_parts(cage, reference, fitting, by_parts);

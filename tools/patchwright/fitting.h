@@ -39,9 +39,9 @@ struct FitCommandOptions {
     std::string refine = "local";
     std::string symmetry = "detect";
     int max_levels = 12;
-    int max_vertices = 200000;  ///< of a fitted cage
-    int max_idle_levels = 12;   ///< see fit::FitOptions
-    bool keeps_form = true;     ///< see fit::FitOptions
+    int max_vertices = 200000;             ///< of a fitted cage
+    int max_idle_levels = 12;              ///< see fit::FitOptions
+    bool preserve_parametrisation = true;  ///< see fit::FitOptions
 };
 
 /// For a cage that was made: its form is no model for the fitted one's, and one that is no wing's

@@ -7,6 +7,7 @@
 #include <patchwright/mesh/cage.h>
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 namespace patchwright::fit {
@@ -21,41 +22,52 @@ enum class Refinement {
 };
 
 struct FitOptions {
-    double tolerance_mm = 0.1;  ///< largest allowed distance of limit points to the reference
+    /// Largest allowed distance between the limit surface and the reference, both ways.
+    double tolerance_mm = 0.1;
+    /// Global keeps the layout of the given cage, at the price of up to four times the faces.
     Refinement refinement = Refinement::Local;
-    int max_levels = 12;        ///< refinements at most
-    int max_vertices = 200000;  ///< no refinement beyond this many control points
-    /// The fit ends after so many levels in a row that came no nearer than the best one.
+    /// Refinements at most. Lower it where the number of patches matters more than the tolerance.
+    int max_levels = 12;
+    /// No refinement beyond this many control points. Raise it for large models, lower it for
+    /// memory and time.
+    int max_vertices = 200000;
+    /// The fit ends after this many levels in a row that came no nearer than the best one. Lower it
+    /// where another cage can be tried instead.
     int max_idle_levels = 12;
-    /// A face that was split and still has more than this share of its distance is given one more
-    /// chance, then none: what is left there is a feature that the cage lacks. Smooth regions gain
-    /// a factor of four to sixteen.
-    double least_gain = 0.6;
-    int max_projections =
-        30;  ///< project-and-solve rounds on one level; half as many on its curves
-    /// Points of the reference that are looked for on the limit surface, about as many; of
-    /// references that can be sampled.
+    /// The parametrisation of the given cage is preserved by tangential regularisation, most of
+    /// all in faces that are about to fold. Switch it off for cages whose parametrisation was not
+    /// designed, as remeshed ones.
+    bool preserve_parametrisation = true;
+    /// About as many points of the reference are looked for on the limit surface, where the
+    /// reference can be sampled. Raise it where features are smaller than the distance between
+    /// these points; 0: distances are measured from the limit surface only.
     int reverse_samples = 20000;
-    int samples_per_edge = 4;  ///< a face has this squared, a crease edge this many samples; >= 2
-    int max_cgls_iterations = 300;
-    /// A solve ends when a step of it moves no control point by more than this share of the
-    /// tolerance: three hundred such steps add up to 3 % of it.
-    double least_change = 1e-4;
-    /// Factor of the bending energy in the first step of a level, >= 0; after every step that is
-    /// taken it is a fifth of what it was.
-    double fairness = 1e-2;
-    /// What slides within the surface is held to the given cage, most of all in faces that are
-    /// about to fold. Of use where somebody has thought about that cage's form.
-    bool keeps_form = true;
     /// A chain of crease or boundary edges belongs to the features of its kind when its mean
     /// distance from them is at most this fraction of the reference's diagonal, or a tenth of its
     /// own length; else it is fitted like the surface. Corners reach this far for corners of the
-    /// reference, or a quarter of their shortest chain.
+    /// reference, or a quarter of their shortest chain. Raise it for cages that are drawn roughly.
     double feature_reach_rel = 0.05;
     /// Control points on the plane stay on it; where the reference meets it at right angles all
-    /// along a chain of sharp edges, the limit surface does so exactly.
+    /// along a chain of sharp edges, the limit surface does so exactly. Name the plane where it is
+    /// not found, None where the model only happens to end on it.
     Symmetry symmetry = Symmetry::Detect;
+    /// Called from the thread that called fit(), at least once a step of the solver.
     base::Progress progress;
+
+    /// Of the solver. Tests and experiments change these, users need not.
+    struct Solver {
+        /// Project-and-solve rounds on one level; half as many on its curves.
+        int max_projections = 30;
+        int samples_per_edge = 4;  ///< a face has this squared, a crease edge as many; >= 2
+        int max_cgls_iterations = 300;
+        /// A solve ends when a step of it moves no control point by more than this share of the
+        /// tolerance: three hundred such steps add up to 3 % of it.
+        double step_tolerance_rel = 1e-4;
+        /// Factor of the bending energy in the first step of a level, >= 0; after every step that
+        /// is taken it is a fifth of what it was.
+        double fairness = 1e-2;
+    };
+    Solver solver;
 };
 
 /// What happened on one level of refinement; distances are those of all samples, after fitting.
@@ -66,8 +78,8 @@ struct FitLevel {
     int samples = 0;
     int projections = 0;
     int cgls_steps = 0;
-    int solves_by_length = 0;  ///< that ended because no control point moved any more
-    int solves_by_steps = 0;   ///< that ended after FitOptions::max_cgls_iterations
+    int solves_by_step_tolerance = 0;  ///< that ended because no control point moved any more
+    int solves_by_max_iterations = 0;  ///< that ended after Solver::max_cgls_iterations
     double rms_mm = 0.0;
     double max_mm = 0.0;          ///< of limit points from the reference
     double reverse_max_mm = 0.0;  ///< of points of the reference from the limit surface
@@ -82,12 +94,15 @@ struct FitLevel {
 
 struct FitResult {
     mesh::Cage cage;
-    bool met = false;        ///< FitLevel::largest of the best level is within the tolerance
-    int best_level = 0;      ///< the one whose cage this is: no later one came nearer
-    int symmetry_axis = -1;  ///< of the symmetry plane that was kept; -1: none
-    /// The cage faces the other way than the reference, as open ones can: normals were compared
-    /// the other way round. The cage is not turned.
+    bool met = false;    ///< FitLevel::largest of the best level is within the tolerance
+    int best_level = 0;  ///< the one whose cage this is: no later one came nearer
+    std::optional<int> symmetry_axis;  ///< of the symmetry plane that was kept: 0, 1 or 2
+    /// The normals of the cage point against those of the reference, as those of open ones can:
+    /// they were compared with reversed signs. The cage keeps its orientation.
     bool faces_away = false;
+    /// The progress callback threw base::TimeLimitReached: the best level so far was taken. The
+    /// first level counts as far as it came.
+    bool stopped_by_time_limit = false;
     std::vector<FitLevel> levels;
 };
 
@@ -95,9 +110,9 @@ struct FitResult {
 /// faces go to their foot points (on the side their own normal faces); chains of infinitely sharp
 /// edges to the sharp feature curves that lie along them, boundaries to free ones, corners to
 /// feature corners, where they then end exactly. Steps minimise distances along normals (tangent
-/// distance) and bending; one that makes things worse is not taken. Where points of the reference
-/// stay beyond the tolerance, samples near them are drawn to them; they count in FitLevel::largest.
-/// Steps that would fold faces are made again with these held to the form that they have.
+/// distance) and bending energy; a step that increases their sum is not taken. Where points of the
+/// reference stay beyond the tolerance, samples near them get them as targets; they count in
+/// FitLevel::largest. Steps that would invert faces are made again with these stiffened.
 /// Crease and boundary control points are solved first, for their own curves, and then held;
 /// creases follow smooth edges of the reference where no sharp ones are as near.
 /// A crease that ends within the surface ends where its curve does, within the tolerance, if the
@@ -106,6 +121,7 @@ struct FitResult {
 /// subd::control_normals). Missing the tolerance is an answer: see FitResult::met.
 /// @throw InvalidArgument when an option is out of range
 /// @throw Cancelled when the progress callback says so
+/// @throw TimeLimitReached when the callback does before there is any level to return
 FitResult fit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
               const FitOptions& options = {});
 

@@ -25,7 +25,10 @@ struct PartsFit {
 /// @param references  one a part
 /// @param known  earlier results: a part that is the same, to be fitted in the same way, is taken
 ///               from there
+/// Once options.progress throws base::TimeLimitReached, parts that have no level yet are measured
+/// as they were given; see FitResult::stopped_by_time_limit.
 /// @throw InvalidArgument as fit(), and when the numbers of parts and references differ
+/// @throw TimeLimitReached when there is no level of the first part yet
 PartsFit fit_parts(const std::vector<mesh::Cage>& parts,
                    const std::vector<const geom::ReferenceSurface*>& references,
                    const FitOptions& options, const std::vector<PartFit>& known = {});

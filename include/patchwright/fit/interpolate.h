@@ -1,7 +1,7 @@
 // Cages whose limit surface goes through given points.
 #pragma once
 
-#include <patchwright/fit/cgls.h>
+#include <patchwright/base/progress.h>
 #include <patchwright/mesh/cage.h>
 #include <patchwright/subd/limit_mask.h>
 

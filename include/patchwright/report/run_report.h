@@ -33,8 +33,8 @@ struct InputFigures {
 struct FitFigures {
     double tolerance = 0.0;
     bool met = false;
-    int best_level = 0;      ///< the one that was taken, from 0
-    int symmetry_axis = -1;  ///< of the symmetry plane that was kept; -1: none
+    int best_level = 0;                ///< the one that was taken, from 0
+    std::optional<int> symmetry_axis;  ///< of the symmetry plane that was kept: 0, 1 or 2
     measure::Fairness before, after;
     std::vector<fit::FitLevel> levels;
 };

@@ -1,4 +1,5 @@
 #include "fit/loop/facing.h"
+#include "fit/loop/given.h"
 #include "fit/loop/measure.h"
 #include "fit/loop/refinement.h"
 
@@ -23,44 +24,42 @@ void check(const FitOptions& o) {
     require(o.tolerance_mm > 0.0, "the tolerance must be positive");
     require(o.max_levels >= 0, "max_levels must not be negative");
     require(o.max_idle_levels >= 1, "max_idle_levels must be positive");
-    require(o.max_projections >= 0, "max_projections must not be negative");
+    require(o.solver.max_projections >= 0, "max_projections must not be negative");
     require(o.reverse_samples >= 0, "reverse_samples must not be negative");
-    require(o.samples_per_edge >= 2, "samples_per_edge must be at least 2");
-    require(o.fairness >= 0.0, "fairness must not be negative");
-    require(o.max_cgls_iterations >= 1, "max_cgls_iterations must be positive");
+    require(o.solver.samples_per_edge >= 2, "samples_per_edge must be at least 2");
+    require(o.solver.fairness >= 0.0, "fairness must not be negative");
+    require(o.solver.max_cgls_iterations >= 1, "max_cgls_iterations must be positive");
 }
 
 /// A level with what came of it.
-struct Candidate {
+struct Level {
     mesh::Cage cage;
     std::vector<FaceHistory> history;
-    FitLevel level;
+    FitLevel figures;
     LevelError error;
-    int symmetry_axis = -1;
-    int number = 0;
+    std::optional<int> symmetry_axis;
     double side_reach = std::numeric_limits<double>::infinity();  ///< see foot_on_side
 };
 
-void fit_candidate(Candidate& c, const geom::ReferenceSurface& reference,
+void measure_level(Level& level, const LevelFit& fitted, const geom::ReferenceSurface& reference,
                    const std::vector<geom::Vec3>& points, const FitOptions& options) {
-    const auto start = std::chrono::steady_clock::now();
-    c.level.vertices = c.cage.topology->vertex_count();
-    c.level.faces = c.cage.topology->face_count();
-    FitOptions of_level = options;
-    // Where strips of different width meet, bending would move more than it makes fair.
-    if (c.level.local) of_level.fairness *= 1e-2;
-    LevelFit fitted = fit_level(c.cage, reference, points, of_level, c.side_reach, c.level);
-    c.cage.points = std::move(fitted.points);
-    c.cage = subd::control_normals(c.cage);
-    c.symmetry_axis = fitted.symmetry_axis;
-    c.error = measure(c.cage, fitted, reference, points, options);
-    c.level.samples = static_cast<int>(c.error.surface.count);
-    c.level.rms_mm = c.error.surface.rms();
-    c.level.max_mm = c.error.surface.max;
-    c.level.reverse_max_mm = c.error.reverse.max;
-    c.level.curve_max_mm = c.error.curves.max;
-    c.level.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    level.error = measure(level.cage, fitted, reference, points, options);
+    FitLevel& figures = level.figures;
+    figures.vertices = level.cage.topology->vertex_count();
+    figures.faces = level.cage.topology->face_count();
+    figures.samples = static_cast<int>(level.error.surface.count);
+    figures.rms_mm = level.error.surface.rms();
+    figures.max_mm = level.error.surface.max;
+    figures.reverse_max_mm = level.error.reverse.max;
+    figures.curve_max_mm = level.error.curves.max;
+}
+
+std::vector<geom::Vec3> reverse_points(const geom::ReferenceSurface& reference, int count) {
+    std::vector<geom::Vec3> points;
+    if (count == 0) return points;
+    for (const geom::SurfaceSample& sample : reference.sample(count))
+        points.push_back(sample.point);
+    return points;
 }
 
 // Times as far as on the level before no point can be from where it belongs.
@@ -85,53 +84,111 @@ bool is_stuck(const std::vector<FitLevel>& levels) {
            !nearer([](const FitLevel& l) { return l.rms_mm; }, hardly_on_average);
 }
 
-FitResult fit_facing(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-                     const FitOptions& options) {
-    std::vector<geom::Vec3> points;
-    if (options.reverse_samples > 0)
-        for (const auto& sample : reference.sample(options.reverse_samples))
-            points.push_back(sample.point);
-    FitResult result;
-    Candidate now{.cage = cage};
-    std::optional<Candidate> kept;  // the one to refine
-    double least = std::numeric_limits<double>::infinity();
-    bool last_resort = false;
-    for (;;) {
-        fit_candidate(now, reference, points, options);
-        now.number = static_cast<int>(result.levels.size());
-        result.levels.push_back(now.level);
-        // Splitting strips moves the limit surface, and may leave it where steps do not lead back.
-        const bool worse = kept && now.level.largest() > kept->level.largest() &&
-                           now.level.rms_mm > kept->level.rms_mm;
-        const bool retry = worse && now.level.local;
-        if (now.level.largest() < least) {
-            least = now.level.largest();
-            result.cage = now.cage;
-            result.symmetry_axis = now.symmetry_axis;
-            result.best_level = now.number;
+/// Fits level after level to a reference that faces as the cage does.
+class LevelLoop {
+  public:
+    LevelLoop(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
+              const FitOptions& options)
+        : reference_(reference),
+          options_(options),
+          points_(reverse_points(reference, options.reverse_samples)),
+          now_{.cage = cage} {}
+
+    FitResult run() && {
+        try {
+            do {
+                fit_level_now();
+                keep_what_is_nearer();
+            } while (!result_.stopped_by_time_limit && refine());
+        } catch (const base::TimeLimitReached&) {
+            if (result_.levels.empty()) throw;
+            result_.stopped_by_time_limit = true;
         }
-        if (!worse) kept = std::move(now);
-        result.met = least <= options.tolerance_mm;
-        const bool room =
-            static_cast<int>(result.levels.size()) <= options.max_levels &&
-            static_cast<int>(result.levels.size()) <= result.best_level + options.max_idle_levels &&
-            !is_stuck(result.levels);
+        return std::move(result_);
+    }
+
+  private:
+    void fit_level_now() {
+        const auto start = std::chrono::steady_clock::now();
+        FitOptions of_level = options_;
+        // Where strips of different width meet, bending would move more than it makes fair.
+        if (now_.figures.local) of_level.solver.fairness *= 1e-2;
+        LevelFit fitted =
+            fit_level(now_.cage, reference_, points_, of_level, now_.side_reach, now_.figures);
+        if (fitted.stopped_by_time_limit) {
+            if (!result_.levels.empty()) throw base::TimeLimitReached();
+            result_.stopped_by_time_limit = true;
+            of_level.progress = {};
+        }
+        now_.cage.points = std::move(fitted.points);
+        now_.cage = subd::control_normals(now_.cage);
+        now_.symmetry_axis = fitted.symmetry_axis;
+        measure_level(now_, fitted, reference_, points_, of_level);
+        now_.figures.seconds =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    }
+
+    void keep_what_is_nearer() {
+        const FitLevel& figures = now_.figures;
+        // Splitting strips moves the limit surface, and may leave it where steps do not lead back.
+        worse_ = kept_ && figures.largest() > kept_->figures.largest() &&
+                 figures.rms_mm > kept_->figures.rms_mm;
+        retry_ = worse_ && figures.local;
+        if (figures.largest() < least_) {
+            least_ = figures.largest();
+            result_.cage = now_.cage;
+            result_.symmetry_axis = now_.symmetry_axis;
+            result_.best_level = static_cast<int>(result_.levels.size());
+        }
+        result_.levels.push_back(figures);
+        result_.met = least_ <= options_.tolerance_mm;
+        if (!worse_) kept_ = std::move(now_);
+    }
+
+    [[nodiscard]] bool may_go_on() const {
+        const auto levels = static_cast<int>(result_.levels.size());
+        return !result_.met && levels <= options_.max_levels &&
+               levels <= result_.best_level + options_.max_idle_levels && !is_stuck(result_.levels);
+    }
+
+    /// Prepares the next level; false where there is none.
+    bool refine() {
+        if (!may_go_on()) return false;
         std::optional<NextLevel> next;
-        if (!result.met && room && (retry || !worse)) {
-            next = refine_where_needed(kept->cage, kept->error, kept->history, options,
-                                       retry ? Refinement::Global : options.refinement);
+        if (retry_ || !worse_) {
+            next = refine_where_needed(kept_->cage, kept_->error, kept_->history, options_,
+                                       retry_ ? Refinement::Global : options_.refinement);
         }
         // Faces that gain nothing from single cuts get one in both directions before it is over.
-        if (!next && !result.met && room && kept->level.local && !last_resort) {
-            last_resort = true;
-            next = refine_where_needed(kept->cage, kept->error, {}, options, Refinement::Global);
+        if (!next && kept_->figures.local && !last_resort_) {
+            last_resort_ = true;
+            next = refine_where_needed(kept_->cage, kept_->error, {}, options_, Refinement::Global);
         }
-        if (!next) break;
-        now = {.cage = std::move(next->cage),
-               .history = std::move(next->history),
-               .side_reach = farthest * kept->level.largest()};
-        now.level.local = next->local;
+        if (!next) return false;
+        now_ = {.cage = std::move(next->cage),
+                .history = std::move(next->history),
+                .side_reach = farthest * kept_->figures.largest()};
+        now_.figures.local = next->local;
+        return true;
     }
+
+    const geom::ReferenceSurface& reference_;
+    const FitOptions& options_;
+    std::vector<geom::Vec3> points_;  // of the reference
+    Level now_;
+    std::optional<Level> kept_;  // the one to refine
+    bool worse_ = false, retry_ = false, last_resort_ = false;
+    double least_ = std::numeric_limits<double>::infinity();
+    FitResult result_;
+};
+
+/// `work(reference)` with the reference facing as the cage does.
+template <class Work>
+FitResult with_facing(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
+                      const Work& work) {
+    const bool away = faces_away(cage, reference);
+    FitResult result = away ? work(TurnedReference(reference)) : work(reference);
+    result.faces_away = away;
     return result;
 }
 
@@ -140,11 +197,21 @@ FitResult fit_facing(const mesh::Cage& cage, const geom::ReferenceSurface& refer
 FitResult fit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
               const FitOptions& options) {
     check(options);
-    const bool away = faces_away(cage, reference);
-    FitResult result = away ? fit_facing(cage, TurnedReference(reference), options)
-                            : fit_facing(cage, reference, options);
-    result.faces_away = away;
-    return result;
+    return with_facing(cage, reference, [&](const geom::ReferenceSurface& facing) {
+        return LevelLoop(cage, facing, options).run();
+    });
+}
+
+FitResult measure_given(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
+                        const FitOptions& options) {
+    return with_facing(cage, reference, [&](const geom::ReferenceSurface& facing) {
+        Level level{.cage = cage};
+        measure_level(level, given_level(cage, facing, options), facing,
+                      reverse_points(facing, options.reverse_samples), options);
+        return FitResult{.cage = cage,
+                         .met = level.figures.largest() <= options.tolerance_mm,
+                         .levels = {level.figures}};
+    });
 }
 
 }  // namespace patchwright::fit

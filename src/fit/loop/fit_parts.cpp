@@ -1,3 +1,5 @@
+#include "fit/loop/given.h"
+
 #include <patchwright/base/error.h>
 #include <patchwright/fit/fit_parts.h>
 #include <patchwright/mesh/obj.h>
@@ -23,9 +25,10 @@ bool is_same(const PartFit& known, const mesh::Cage& part, const geom::Reference
              const FitOptions& o) {
     const FitOptions& k = known.options;
     return known.reference == reference && k.tolerance_mm == o.tolerance_mm &&
-           k.keeps_form == o.keeps_form && k.max_levels == o.max_levels &&
-           k.max_vertices == o.max_vertices && k.max_idle_levels == o.max_idle_levels &&
-           k.refinement == o.refinement && k.symmetry == o.symmetry && is_same(known.given, part);
+           k.preserve_parametrisation == o.preserve_parametrisation &&
+           k.max_levels == o.max_levels && k.max_vertices == o.max_vertices &&
+           k.max_idle_levels == o.max_idle_levels && k.refinement == o.refinement &&
+           k.symmetry == o.symmetry && is_same(known.given, part);
 }
 
 /// What part stands for level number `level` of `count`.
@@ -52,8 +55,8 @@ FitLevel sum_of(const std::vector<PartFit>& parts, std::size_t level, std::size_
         const FitLevel& worked = part.result.levels[level];
         sum.projections += worked.projections;
         sum.cgls_steps += worked.cgls_steps;
-        sum.solves_by_length += worked.solves_by_length;
-        sum.solves_by_steps += worked.solves_by_steps;
+        sum.solves_by_step_tolerance += worked.solves_by_step_tolerance;
+        sum.solves_by_max_iterations += worked.solves_by_max_iterations;
         sum.seconds += worked.seconds;
     }
     sum.rms_mm = sum.samples > 0 ? std::sqrt(squares / double(sum.samples)) : 0.0;
@@ -77,6 +80,46 @@ std::vector<std::pair<mesh::Cage, const geom::ReferenceSurface*>> by_reference(
     return result;
 }
 
+/// Nothing where the time limit is reached before there is a level.
+std::optional<FitResult> fit_in_time(const mesh::Cage& part,
+                                     const geom::ReferenceSurface& reference,
+                                     const FitOptions& options) {
+    try {
+        return fit(part, reference, options);
+    } catch (const base::TimeLimitReached&) {
+        return std::nullopt;
+    }
+}
+
+FitOptions options_of_part(FitOptions options, double share) {
+    constexpr int min_samples = 1000;
+    options.max_vertices = int(std::lround(share * options.max_vertices));
+    options.reverse_samples =
+        std::min(options.reverse_samples,
+                 std::max(min_samples, int(std::lround(share * options.reverse_samples))));
+    return options;
+}
+
+FitResult whole_of(const std::vector<PartFit>& parts) {
+    FitResult whole{.met = true, .symmetry_axis = parts.front().result.symmetry_axis};
+    std::vector<mesh::Cage> cages;
+    std::size_t levels = 0;
+    for (const PartFit& part : parts) {
+        const FitResult& one = part.result;
+        cages.push_back(one.cage);
+        levels = std::max(levels, one.levels.size());
+        whole.met = whole.met && one.met;
+        whole.faces_away = whole.faces_away || one.faces_away;
+        whole.stopped_by_time_limit = whole.stopped_by_time_limit || one.stopped_by_time_limit;
+        if (one.symmetry_axis != whole.symmetry_axis) whole.symmetry_axis.reset();
+    }
+    for (std::size_t level = 0; level < levels; ++level)
+        whole.levels.push_back(sum_of(parts, level, levels));
+    whole.best_level = int(levels) - 1;
+    whole.cage = mesh::joined(cages);
+    return whole;
+}
+
 }  // namespace
 
 PartsFit fit_parts(const std::vector<mesh::Cage>& parts,
@@ -85,39 +128,30 @@ PartsFit fit_parts(const std::vector<mesh::Cage>& parts,
     if (parts.size() != references.size() || parts.empty())
         throw base::InvalidArgument(
             fmt::format("{} references for {} parts", references.size(), parts.size()));
-    constexpr int least_samples = 1000;
     int vertices = 0;
     for (const mesh::Cage& part : parts) vertices += part.topology->vertex_count();
     PartsFit result;
-    std::vector<mesh::Cage> fitted;
-    std::size_t levels = 0;
-    result.whole.met = true;
+    bool stopped = false;
     for (const auto& [part, reference] : by_reference(parts, references)) {
-        FitOptions of_part = options;
-        const double share = double(part.topology->vertex_count()) / vertices;
-        of_part.max_vertices = int(std::lround(share * options.max_vertices));
-        of_part.reverse_samples =
-            std::min(options.reverse_samples,
-                     std::max(least_samples, int(std::lround(share * options.reverse_samples))));
+        const FitOptions of_part =
+            options_of_part(options, double(part.topology->vertex_count()) / vertices);
         const auto same = std::find_if(known.begin(), known.end(), [&](const PartFit& k) {
             return is_same(k, part, reference, of_part);
         });
-        result.parts.push_back(
-            {part, reference, of_part,
-             same != known.end() ? same->result : fit(part, *reference, of_part)});
-        const FitResult& one = result.parts.back().result;
-        fitted.push_back(one.cage);
-        levels = std::max(levels, one.levels.size());
-        result.whole.met = result.whole.met && one.met;
-        result.whole.faces_away = result.whole.faces_away || one.faces_away;
-        const int axis = one.symmetry_axis;
-        result.whole.symmetry_axis =
-            result.parts.size() == 1 || axis == result.whole.symmetry_axis ? axis : -1;
+        std::optional<FitResult> one;
+        if (same != known.end())
+            one = same->result;
+        else if (!stopped)
+            one = fit_in_time(part, *reference, of_part);
+        if (!one) {
+            if (result.parts.empty()) throw base::TimeLimitReached();
+            one = measure_given(part, *reference, of_part);
+            one->stopped_by_time_limit = true;
+        }
+        stopped = stopped || one->stopped_by_time_limit;
+        result.parts.push_back({part, reference, of_part, *std::move(one)});
     }
-    for (std::size_t level = 0; level < levels; ++level)
-        result.whole.levels.push_back(sum_of(result.parts, level, levels));
-    result.whole.best_level = int(levels) - 1;
-    result.whole.cage = mesh::joined(fitted);
+    result.whole = whole_of(result.parts);
     return result;
 }
 

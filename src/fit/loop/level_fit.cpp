@@ -8,6 +8,7 @@
 #include "fit/solve/stiffness.h"
 #include "fit/solve/symmetry.h"
 
+#include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
 
 #include <algorithm>
@@ -48,6 +49,13 @@ Points limit_of(const Topology& topology, const CurveSampling& curves, int sampl
     return limit;
 }
 
+FeatureMatch match_of(const Topology& topology, const Points& points, const CurveSampling& curves,
+                      const Points& curve_points, const geom::ReferenceSurface& reference,
+                      const FitOptions& options) {
+    return match_features(topology, points, curves, curve_points, options.solver.samples_per_edge,
+                          reference, options.feature_reach_rel * reference.bounds().diagonal());
+}
+
 class LevelFitter {
   public:
     LevelFitter(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
@@ -62,17 +70,15 @@ class LevelFitter {
           side_reach_(side_reach),
           level_(level),
           curves_(curve_sites(topology_)),
-          given_curves_(limit_of(topology_, curves_, options.samples_per_edge, points_)),
-          match_(match_features(topology_, points_, curves_, given_curves_,
-                                options.samples_per_edge, reference,
-                                options.feature_reach_rel * reference.bounds().diagonal())),
+          given_curves_(limit_of(topology_, curves_, options.solver.samples_per_edge, points_)),
+          match_(match_of(topology_, points_, curves_, given_curves_, reference, options)),
           darts_(topology_, curves_, match_, reference),
-          surface_(topology_, surface_sets(options.samples_per_edge),
+          surface_(topology_, surface_sets(options.solver.samples_per_edge),
                    darts_.after_faces(face_sites(topology_)), subd::SampleRows::PointsAndTangents),
-          stiffness_(
-              FormStiffness::of_surface(topology_, points_, options.keeps_form ? slack_mm() : 0.0)),
+          stiffness_(FormStiffness::of_surface(
+              topology_, points_, options.preserve_parametrisation ? slack_mm() : 0.0)),
           curve_stiffness_(FormStiffness::of_curves(topology_, curves_.sites, points_, slack_mm())),
-          curve_(topology_, curve_sets(options.samples_per_edge),
+          curve_(topology_, curve_sets(options.solver.samples_per_edge),
                  darts_.after_curves(curves_.sites)),
           preconditioner_(topology_),
           curve_steps_{.held = std::vector<std::uint8_t>(std::size_t(topology_.vertex_count()))},
@@ -84,17 +90,27 @@ class LevelFitter {
     }
 
     LevelFit run() && {
-        if (!curves_.sites.empty()) {
-            // Crease and boundary curves depend on their own control points only.
-            improve(curve_, curve_steps_, curve_stiffness_, 0.0, (options_.max_projections + 1) / 2,
-                    [&](const Points& p, const Projection*) { return project_curves(p); });
+        bool stopped = false;
+        try {
+            improve_all();
+        } catch (const base::TimeLimitReached&) {
+            stopped = true;
         }
-        improve_surface(options_.fairness, options_.max_projections);
-        cover();
-        return {std::move(points_), std::move(curves_), std::move(match_), symmetry_axis_};
+        return {std::move(points_), std::move(curves_), std::move(match_), symmetry_axis_, stopped};
     }
 
   private:
+    void improve_all() {
+        if (!curves_.sites.empty()) {
+            // Crease and boundary curves depend on their own control points only.
+            improve(curve_, curve_steps_, curve_stiffness_, 0.0,
+                    (options_.solver.max_projections + 1) / 2,
+                    [&](const Points& p, const Projection*) { return project_curves(p); });
+        }
+        improve_surface(options_.solver.fairness, options_.solver.max_projections);
+        cover();
+    }
+
     void improve_surface(double fairness, int rounds) {
         improve(surface_, surface_steps_, stiffness_, fairness, rounds,
                 [&](const Points& p, const Projection* last) { return project_surface(p, last); });
@@ -119,7 +135,12 @@ class LevelFitter {
         }
         const Points without = points_;
         const double forward = project_surface(points_, nullptr).distances.max;
-        improve_surface(0.0, options_.max_projections / 2);
+        try {
+            improve_surface(0.0, options_.solver.max_projections / 2);
+        } catch (const base::TimeLimitReached&) {
+            points_ = without;  // steps are good or bad only once all of them are made
+            throw;
+        }
         uncovered_.clear();
         const double after = std::max(farthest(search_->nearest(points_, reverse_points_)),
                                       project_surface(points_, nullptr).distances.max);
@@ -130,7 +151,7 @@ class LevelFitter {
     /// these.
     void draw_to_uncovered(const Points& points, Projection& p) const {
         if (uncovered_.empty()) return;
-        const int n = options_.samples_per_edge;
+        const int n = options_.solver.samples_per_edge;
         const std::vector<NearLimit> near = search_->nearest(points, uncovered_);
         std::vector<double> drawn(std::size_t(p.limit.rows()), enough * options_.tolerance_mm);
         for (std::size_t k = 0; k < near.size(); ++k) {
@@ -184,8 +205,8 @@ class LevelFitter {
     void keep_symmetry() {
         const SymmetryPlane plane =
             find_symmetry(topology_, points_, curves_, match_, reference_, options_);
-        symmetry_axis_ = plane.axis;
         if (plane.axis < 0) return;
+        symmetry_axis_ = plane.axis;
         for (const int v : plane.vertices) {
             if (topology_.is_pinned(VertexId{v})) continue;
             points_(v, plane.axis) = 0.0;
@@ -210,7 +231,11 @@ class LevelFitter {
         double least = now.energy(now.weights);
         int repeats = 0;
         for (int round = 0; round < rounds; ++round) {
-            base::report_progress(options_.progress, "fit", double(round) / rounds);
+            const base::Progress solving = [&](std::string_view, double done) {
+                base::report_progress(options_.progress, "fit", (round + done) / rounds);
+                return true;
+            };
+            base::report_progress(solving, "fit", 0.0);
             if (now.distances.max < enough * options_.tolerance_mm) return;
             (now.of_curves ? now.weights.along : now.weights.across) = sliding;
             // Bending has fewer samples a face than the surface, and they count alike.
@@ -222,20 +247,21 @@ class LevelFitter {
             const CglsResult solution = solve_cgls(
                 step, step.right_side(now.target - now.limit, form.changes(points_, stiff)),
                 Points::Zero(step.columns(), 3),
-                {.max_iterations = options_.max_cgls_iterations,
+                {.max_iterations = options_.solver.max_cgls_iterations,
                  .relative_residual = 1e-4,
-                 .least_change = options_.least_change * options_.tolerance_mm,
+                 .step_tolerance = options_.solver.step_tolerance_rel * options_.tolerance_mm,
                  .unknown_sizes = &step.scale(),
                  .preconditioner = &preconditioner_,
-                 .joint = true});
+                 .joint = true,
+                 .progress = solving});
             const Points candidate = points_ + step.displacements(solution.x);
             Projection next = project(candidate, &now);
             level_.cgls_steps += solution.iterations;
-            level_.solves_by_length += solution.stop == CglsStop::LeastChange ? 1 : 0;
-            level_.solves_by_steps += solution.stop == CglsStop::MaxIterations ? 1 : 0;
+            level_.solves_by_step_tolerance += solution.stop == CglsStop::StepTolerance ? 1 : 0;
+            level_.solves_by_max_iterations += solution.stop == CglsStop::MaxIterations ? 1 : 0;
             ++level_.projections;
             const bool folds =
-                (now.of_curves || options_.keeps_form) &&
+                (now.of_curves || options_.preserve_parametrisation) &&
                 hold_folds(form, samples.site_rows(), now, next, slack_mm(),
                            [&](auto first, auto end) {
                                return now.of_curves || !folded_when_given(first, end);
@@ -370,12 +396,22 @@ class LevelFitter {
     subd::LimitOperator curve_;
     MeshPreconditioner preconditioner_;
     PointConstraints curve_steps_, surface_steps_;
-    int symmetry_axis_ = -1;
+    std::optional<int> symmetry_axis_;
     std::optional<LimitSearch> search_;
     std::vector<Vec3> uncovered_;  // points of the reference that samples are drawn to
 };
 
 }  // namespace
+
+LevelFit given_level(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
+                     const FitOptions& options) {
+    LevelFit given{.points = cage.points, .curves = curve_sites(*cage.topology)};
+    given.match = match_of(
+        *cage.topology, cage.points, given.curves,
+        limit_of(*cage.topology, given.curves, options.solver.samples_per_edge, cage.points),
+        reference, options);
+    return given;
+}
 
 LevelFit fit_level(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
                    const std::vector<Vec3>& points, const FitOptions& options, double side_reach,

@@ -55,13 +55,19 @@ struct LevelFit {
     geom::Points points;
     CurveSampling curves;
     FeatureMatch match;
-    int symmetry_axis = -1;
+    std::optional<int> symmetry_axis;
+    bool stopped_by_time_limit = false;  ///< points are as they were after the last step
 };
+
+/// The control points as they are.
+LevelFit given_level(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
+                     const FitOptions& options);
 
 /// Control points whose limit surface is near the reference: rounds of projecting samples and
 /// solving, until near enough or no longer improving. Counts them in `level`.
 /// @param points  of the reference, which the limit surface is to come near, too
 /// @param side_reach  see foot_on_side
+/// @throw what options.progress throws, but for base::TimeLimitReached during the steps
 LevelFit fit_level(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
                    const std::vector<geom::Vec3>& points, const FitOptions& options,
                    double side_reach, FitLevel& level);

@@ -109,7 +109,7 @@ void measure_reverse(const mesh::Cage& cage, const std::vector<geom::Vec3>& poin
 LevelError measure(const mesh::Cage& cage, const LevelFit& fitted,
                    const geom::ReferenceSurface& reference, const std::vector<geom::Vec3>& points,
                    const FitOptions& options) {
-    const int samples_per_edge = options.samples_per_edge;
+    const int samples_per_edge = options.solver.samples_per_edge;
     LevelError error;
     error.faces.resize(std::size_t(cage.topology->face_count()));
     measure_surface(cage, reference, samples_per_edge + 1, error);

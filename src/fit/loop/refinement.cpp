@@ -21,6 +21,9 @@ constexpr double coarse_share = 0.2;
 // Cuts after which a face that came no nearer is left alone: what is left is a feature that the
 // cage lacks.
 constexpr int patience = 5;
+// Of its parent's distance: a face with more than this left gained too little from the split.
+// Splits of smooth regions leave a sixteenth to a quarter.
+constexpr double max_remaining_error = 0.6;
 // Splitting all faces leaves the limit surface as it is; splitting most is not worth moving it.
 constexpr double most = 0.7;
 // Factor of the bending energy of the change when limit points go back to the coarse surface.
@@ -146,7 +149,8 @@ void pass_on(std::vector<UnseenPlace>& places, const mesh::ChordSplit& fine) {
 }
 
 /// The cage with strips split, near its limit surface.
-mesh::Cage split_strips(const mesh::Cage& cage, const mesh::ChordSplit& fine) {
+mesh::Cage split_strips(const mesh::Cage& cage, const mesh::ChordSplit& fine,
+                        const base::Progress& progress) {
     const Topology& t = *cage.topology;
     mesh::Cage next;
     next.topology = fine.topology;
@@ -182,15 +186,16 @@ mesh::Cage split_strips(const mesh::Cage& cage, const mesh::ChordSplit& fine) {
                               .without = std::sqrt(stiffness)};
     const StepOperator step(samples, weights, bending, stiff, 0.0, pins);
     next.points += step.displacements(
-        solve_cgls(step, step.right_side(change, geom::Points::Zero(bending.rows(), 3)),
-                   geom::Points::Zero(step.columns(), 3),
-                   {.max_iterations = 100, .relative_residual = 1e-4, .joint = true})
+        solve_cgls(
+            step, step.right_side(change, geom::Points::Zero(bending.rows(), 3)),
+            geom::Points::Zero(step.columns(), 3),
+            {.max_iterations = 100, .relative_residual = 1e-4, .joint = true, .progress = progress})
             .x);
     return next;
 }
 
 /// Halves strips at unseen places until they are about as wide as what is missed there.
-void split_at_unseen(NextLevel& next, std::vector<UnseenPlace> places, int max_vertices) {
+void split_at_unseen(NextLevel& next, std::vector<UnseenPlace> places, const FitOptions& options) {
     constexpr double wide = 4.0;
     for (;;) {
         const Topology& t = *next.cage.topology;
@@ -209,10 +214,10 @@ void split_at_unseen(NextLevel& next, std::vector<UnseenPlace> places, int max_v
         }
         if (!any) return;
         const mesh::ChordSplit fine = split_chords(t, chords, chosen);
-        if (fine.topology->vertex_count() > max_vertices) return;
+        if (fine.topology->vertex_count() > options.max_vertices) return;
         std::vector<FaceHistory> history;
         for (const FaceId parent : fine.parents) history.push_back(next.history[parent.index()]);
-        next.cage = split_strips(next.cage, fine);
+        next.cage = split_strips(next.cage, fine, options.progress);
         next.history = std::move(history);
         pass_on(places, fine);
     }
@@ -229,7 +234,7 @@ std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const Level
     bool any = false;
     for (std::size_t f = 0; f < cuts.size(); ++f) {
         const double now = error.faces[f].largest();
-        if (now <= options.least_gain * history[f].parent) history[f].cuts = 0;
+        if (now <= max_remaining_error * history[f].parent) history[f].cuts = 0;
         if (now <= options.tolerance_mm || history[f].cuts >= patience) continue;
         cuts[f] = wanted_cuts(error.faces[f], options.tolerance_mm);
         any = true;
@@ -249,12 +254,12 @@ std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const Level
         if (double(edges) < most * t.edge_count()) {
             const mesh::ChordSplit fine = split_chords(t, chords, chosen);
             if (fine.topology->vertex_count() > options.max_vertices) return std::nullopt;
-            NextLevel next{.cage = split_strips(cage, fine),
+            NextLevel next{.cage = split_strips(cage, fine, options.progress),
                            .history = inherit(fine.parents, fine.cuts, error, history),
                            .local = true};
             std::vector<UnseenPlace> places = unseen_places(cage, error);
             pass_on(places, fine);
-            split_at_unseen(next, std::move(places), options.max_vertices);
+            split_at_unseen(next, std::move(places), options);
             return next;
         }
     }

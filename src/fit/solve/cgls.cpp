@@ -1,6 +1,7 @@
+#include "fit/solve/cgls.h"
+
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
-#include <patchwright/fit/cgls.h>
 
 #include <algorithm>
 #include <cmath>
@@ -92,7 +93,7 @@ CglsResult solve_cgls(const LinearOperator& a, const Points& b, const Points& st
             "solve_cgls: sizes of operator, right-hand side and start differ");
     }
     if (options.max_iterations < 0 || !(options.relative_residual >= 0.0) ||
-        !(options.least_change >= 0.0)) {
+        !(options.step_tolerance >= 0.0)) {
         throw base::InvalidArgument("solve_cgls: iterations and tolerance must not be negative");
     }
     if (options.unknown_sizes != nullptr && options.unknown_sizes->rows() != a.columns()) {
@@ -145,7 +146,7 @@ CglsResult solve_cgls(const LinearOperator& a, const Points& b, const Points& st
             if (result.iterations > 0) set_residual();
             gamma = preconditioned_norms();
             const bool better = (gamma < 0.25 * least || gamma <= goal).all();
-            if (still && (gamma > goal).any()) result.stop = CglsStop::LeastChange;
+            if (still && (gamma > goal).any()) result.stop = CglsStop::StepTolerance;
             if (still || !better || !(gamma > 1.1 * goal).any()) break;
             least = gamma;
             steepest();
@@ -194,8 +195,8 @@ CglsResult solve_cgls(const LinearOperator& a, const Points& b, const Points& st
         }
         gamma = next;
         ++result.iterations;
-        still = options.least_change > 0.0 && blocks > 0 &&
-                *std::max_element(change.begin(), change.end()) <= options.least_change;
+        still = options.step_tolerance > 0.0 && blocks > 0 &&
+                *std::max_element(change.begin(), change.end()) <= options.step_tolerance;
     }
     result.residual = std::sqrt(residual.sum());
     result.normal_residual = s.norm();

@@ -1,7 +1,8 @@
 // A limit operator's rows as a least-squares problem.
 #pragma once
 
-#include <patchwright/fit/cgls.h>
+#include "fit/solve/cgls.h"
+
 #include <patchwright/subd/limit_operator.h>
 
 namespace patchwright::fit {

@@ -1,7 +1,8 @@
 // What makes solves for control points of a mesh take few steps.
 #pragma once
 
-#include <patchwright/fit/cgls.h>
+#include "fit/solve/cgls.h"
+
 #include <patchwright/mesh/topology.h>
 
 #include <array>

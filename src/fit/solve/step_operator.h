@@ -1,10 +1,10 @@
 // The linear least-squares problem of one step of a fit.
 #pragma once
 
+#include "fit/solve/cgls.h"
 #include "fit/solve/constraints.h"
 #include "fit/solve/mesh_preconditioner.h"
 
-#include <patchwright/fit/cgls.h>
 #include <patchwright/subd/limit_operator.h>
 
 namespace patchwright::fit {

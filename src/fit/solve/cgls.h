@@ -46,9 +46,9 @@ struct CglsOptions {
     double relative_residual =
         1e-10;  ///< stop at |A^T r| <= this * |A^T r| of the start, by column; B^T A^T r with B
     /// Stop, too, when a step changes no unknown by more than this; in their unit.
-    double least_change = 0.0;
+    double step_tolerance = 0.0;
     /// For unknowns that are scaled: by how much a change of 1 moves what they stand for, columns()
-    /// x 3; least_change is in that unit then. Not owned.
+    /// x 3; step_tolerance is in that unit then. Not owned.
     const geom::Points* unknown_sizes = nullptr;
     /// Steps are those of conjugate gradients for A B; x, b and the residuals below are A's. Not
     /// owned; none: B = 1.
@@ -60,7 +60,7 @@ struct CglsOptions {
 
 /// Why it ended: the residual is small enough (or cannot get smaller), no unknown moves any more,
 /// or there were enough steps.
-enum class CglsStop { Residual, LeastChange, MaxIterations };
+enum class CglsStop { Residual, StepTolerance, MaxIterations };
 
 struct CglsResult {
     geom::Points x;
