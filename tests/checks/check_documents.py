@@ -151,13 +151,19 @@ def check_names(root):
                     yield f"{file.relative_to(root)}:{number}: no decision {name}"
 
 
+def check_readme(root):
+    """README.md: its size, and its example, which a test builds and runs."""
+    file, example = root / "README.md", root / "tests" / "consumer" / "use_convert.cpp"
+    text = file.read_text() if file.exists() else ""
+    if len(text.split()) > README_WORDS:
+        yield f"README.md:1: {len(text.split())} words, at most {README_WORDS}"
+    code = re.search(r"```cpp\n(.*?)```", text, re.DOTALL)
+    if code and not (example.exists() and example.read_text() == code[1]):
+        yield "README.md:1: the example is not tests/consumer/use_convert.cpp"
+
+
 def violations(root):
-    found = []
-    if (root / "README.md").exists():
-        words = len((root / "README.md").read_text().split())
-        if words > README_WORDS:
-            found.append(f"README.md:1: {words} words, at most {README_WORDS}")
-    return [*found, *check_overview(root), *check_decisions(root), *check_names(root), *check_sizes(root)]
+    return [*check_readme(root), *check_overview(root), *check_decisions(root), *check_names(root), *check_sizes(root)]
 
 
 class SelfTest(unittest.TestCase):
@@ -213,6 +219,9 @@ class SelfTest(unittest.TestCase):
         self.check("README.md", "[a](b.md), [b](https://example.org/c.md), [c](README.md#d)\n", "README.md:1: no file b.md")
         self.check("tests/README.md", "`a_test.cpp` and `tests/b.py`\n", "no test a_test.cpp", "no file tests/b.py")
         self.check("src/fit/a.cpp", "// see src/decisions/001-a.md\n", "a.cpp:1: no decision 001-a.md")
+
+    def test_example(self):
+        self.check("README.md", "```cpp\nint main() {}\n```\n", "the example is not")
 
     def test_rooms(self):
         rows = [f"| `{room}` | text | {', '.join(f'`{other}`' for other in arrows) or 'std'} |\n"
