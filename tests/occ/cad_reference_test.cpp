@@ -1,10 +1,8 @@
-#include "occ/foot/foot_point_engine.h"
+#include "occ/near_points.h"
 #include "occ/odd_shapes.h"
 #include "occ/shapes.h"
 
 #include <patchwright/base/error.h>
-#include <patchwright/base/parallel.h>
-#include <patchwright/geom/nearest.h>
 
 #include <BRepBuilderAPI_MakeFace.hxx>
 #include <BRepBuilderAPI_MakePolygon.hxx>
@@ -29,6 +27,7 @@ using namespace patchwright;
 using geom::FootPoint;
 using geom::Vec3;
 using occ::CadReference;
+using test::near_points;
 
 namespace {
 
@@ -43,22 +42,6 @@ std::vector<Vec3> random_points(const geom::Box3& around, double grow, int count
     for (int i = 0; i < count; ++i) {
         const Vec3 s(unit(random), unit(random), unit(random));
         points.push_back(around.centre() + s.cwiseProduct(around.max - around.min));
-    }
-    return points;
-}
-
-/// Points at up to `reach` from points on the model, in random directions.
-std::vector<Vec3> near_points(const CadReference& reference, double reach, int count,
-                              unsigned seed) {
-    std::mt19937 random(seed);
-    std::normal_distribution<double> normal;
-    std::uniform_real_distribution<double> unit(0.0, 1.0);
-    const auto samples = reference.sample(10 * count);
-    std::vector<Vec3> points;
-    for (int i = 0; i < count; ++i) {
-        const auto& sample = samples[std::size_t(unit(random) * double(samples.size() - 1))];
-        const Vec3 direction = Vec3(normal(random), normal(random), normal(random)).normalized();
-        points.push_back(sample.point + reach * unit(random) * direction);
     }
     return points;
 }
@@ -289,94 +272,6 @@ TEST_CASE("samples lie on the model, cover every face, and never change", "[occ]
     const auto again = reference_of(shape).sample(500);
     REQUIRE(again.size() == samples.size());
     for (std::size_t i = 0; i < samples.size(); ++i) CHECK(again[i].point == samples[i].point);
-}
-
-TEST_CASE("queries from several threads give the answers of one", "[occ]") {
-    const CadReference reference = reference_of(test::wing());
-    const auto points = near_points(reference, 10.0, 2000, 5);
-    std::vector<FootPoint> parallel(points.size());
-    base::parallel_for(points.size(), 16, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            parallel[i] = reference.foot_point(points[i], Vec3(0, 1, 0));
-    });
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const FootPoint one = reference.foot_point(points[i], Vec3(0, 1, 0));
-        CHECK(one.point == parallel[i].point);
-        CHECK(one.face == parallel[i].face);
-    }
-}
-
-TEST_CASE("a batch and a warm start give the answers of single queries, bit for bit", "[occ]") {
-    const auto same = [](const FootPoint& a, const FootPoint& b) {
-        return a.point == b.point && a.normal == b.normal && a.distance == b.distance &&
-               a.face == b.face && a.uv == b.uv;
-    };
-    const auto check = [&](const TopoDS_Shape& shape) {
-        const CadReference reference = reference_of(shape);
-        const auto near = near_points(reference, 10.0, 1000, 6);
-        geom::Points queries(Eigen::Index(near.size()), 3), sides = geom::Points::Zero(1000, 3);
-        for (Eigen::Index i = 0; i < queries.rows(); ++i) {
-            queries.row(i) = near[std::size_t(i)].transpose();
-            if (i % 3 == 0) sides(i, 1) = 1.0;
-        }
-        const auto plain = reference.foot_points(queries);
-        const auto facing = reference.foot_points(queries, sides);
-        REQUIRE(plain.size() == near.size());
-        int differ = 0;
-        for (std::size_t i = 0; i < near.size(); ++i) {
-            const FootPoint one = reference.foot_point(near[i]);
-            const FootPoint up = i % 3 == 0 ? reference.foot_point(near[i], Vec3(0, 1, 0)) : one;
-            const FootPoint& last = plain[(i * 7) % near.size()];
-            differ += same(plain[i], one) && same(facing[i], up) &&
-                              same(reference.foot_point_from(last, near[i]), one)
-                          ? 0
-                          : 1;
-        }
-        CHECK(differ == 0);
-    };
-    SECTION("wing") { check(test::wing()); }
-    SECTION("trimmed faces") { check(test::cut_cylinder()); }
-    SECTION("degenerate sides") { check(test::horn()); }
-
-    const CadReference reference = reference_of(test::plate_with_hole());
-    geom::Points queries = geom::Points::Zero(10, 3);
-    CHECK_THROWS_AS(reference.foot_points(queries, geom::Points::Zero(3, 3)),
-                    base::InvalidArgument);
-    queries(5, 1) = std::nan("");
-    CHECK_THROWS_AS(reference.foot_points(queries), base::InvalidArgument);
-}
-
-// What lets a search leave edges and neighbouring triangles out must hold.
-TEST_CASE("no edge is nearer to a triangle than its clearance, nor runs through its part of a face",
-          "[occ][oracle]") {
-    int most_known = 0;
-    for (const TopoDS_Shape& shape :
-         {test::wing(), test::plate_with_hole(), test::cut_cylinder()}) {
-        const CadReference reference = reference_of(shape);
-        const occ::SearchModel& model = reference.search_model();
-        std::vector<Vec3> on_edges;
-        for (const occ::ModelEdge& edge : model.network.edges)
-            for (int i = 0; i <= 200; ++i)
-                on_edges.push_back(edge.at(edge.first + (edge.last - edge.first) * i / 200));
-        int known = 0, near = 0, outside = 0;
-        for (std::size_t slot = 0; slot < model.mesh.around.size(); slot += 3) {
-            const double clearance = model.mesh.around[slot].clearance;
-            if (!(clearance > 0.0)) continue;
-            ++known;
-            const auto& t = model.mesh.triangles[std::size_t(model.mesh.tree.numbers()[slot])];
-            for (const Vec3& p : on_edges) {
-                const Vec3 w = geom::nearest_weights(p, t.corner);
-                const Vec3 q = w[0] * t.corner[0] + w[1] * t.corner[1] + w[2] * t.corner[2];
-                near += (p - q).norm() < clearance * (1.0 - 1e-6) ? 1 : 0;
-            }
-            for (const auto& uv : t.uv)
-                outside += model.surfaces[std::size_t(t.face)].contains(uv) ? 0 : 1;
-        }
-        most_known = std::max(most_known, known);
-        CHECK(near == 0);
-        CHECK(outside == 0);
-    }
-    CHECK(most_known > 20);  // few triangles of flat faces touch no edge
 }
 
 TEST_CASE("parameters of answers lead back to their points", "[occ][oracle]") {
