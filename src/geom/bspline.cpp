@@ -1,6 +1,7 @@
 #include <patchwright/geom/bspline.h>
 
 #include <algorithm>
+#include <array>
 
 namespace patchwright::geom {
 
@@ -54,13 +55,14 @@ BsplineCurve reversed(const BsplineCurve& curve) {
 namespace {
 
 /// The blossom of the polynomial between the distinct knots `span` and span + 1 at three arguments.
-Vec3 blossom(const BsplineCurve& curve, std::size_t span, const double* arguments) {
-    Vec3 d[4];
-    for (std::size_t j = 0; j < 4; ++j) d[j] = curve.points.row(Eigen::Index(span - 3 + j));
+/// @param d  the control points span - 3 to span
+template <class Point>
+Point blossom(const std::vector<double>& knots, std::size_t span, std::array<Point, 4> d,
+              const double* arguments) {
     for (std::size_t r = 1; r <= 3; ++r) {
         for (std::size_t j = 3; j >= r; --j) {
-            const double from = curve.knots[span - 3 + j];
-            const double to = curve.knots[span + j + 1 - r];
+            const double from = knots[span - 3 + j];
+            const double to = knots[span + j + 1 - r];
             const double share = (arguments[r - 1] - from) / (to - from);
             d[j] = (1.0 - share) * d[j - 1] + share * d[j];
         }
@@ -86,10 +88,25 @@ BsplineCurve part(const BsplineCurve& curve, double begin, double end) {
         while (result.knots[k] == result.knots[k + 1]) ++k;
         const double middle = 0.5 * (result.knots[k] + result.knots[k + 1]);
         const auto after = std::upper_bound(curve.knots.begin(), curve.knots.end(), middle);
+        const std::size_t span = std::size_t(after - curve.knots.begin()) - 1;
+        std::array<Vec3, 4> control;
+        for (std::size_t j = 0; j < 4; ++j)
+            control[j] = curve.points.row(Eigen::Index(span - 3 + j));
         result.points.row(Eigen::Index(i)) =
-            blossom(curve, std::size_t(after - curve.knots.begin()) - 1, &result.knots[i + 1]);
+            blossom(curve.knots, span, control, &result.knots[i + 1]);
     }
     return result;
+}
+
+Eigen::Matrix4d bezier_matrix(const std::vector<double>& knots, Eigen::Index span) {
+    const double a = knots[std::size_t(span)], b = knots[std::size_t(span) + 1];
+    const double arguments[] = {a, a, a, b, b, b};
+    std::array<Eigen::Vector4d, 4> unit;
+    for (std::size_t k = 0; k < 4; ++k) unit[k] = Eigen::Vector4d::Unit(Eigen::Index(k));
+    Eigen::Matrix4d matrix;
+    for (Eigen::Index k = 0; k < 4; ++k)
+        matrix.row(k) = blossom(knots, std::size_t(span), unit, arguments + k);
+    return matrix;
 }
 
 BsplineSurface::Evaluation BsplineSurface::at(double u, double v) const {

@@ -6,6 +6,7 @@
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
 #include <patchwright/patch/extract.h>
+#include <patchwright/subd/limit_mask.h>
 #include <patchwright/subd/refine.h>
 
 #include <fmt/format.h>
@@ -109,6 +110,12 @@ bool has_cap(const Chart& chart, const SurfaceSource& source) {
     return false;
 }
 
+geom::Points rows_of(const std::vector<geom::Vec3>& points) {
+    geom::Points rows(Eigen::Index(points.size()), 3);
+    for (std::size_t i = 0; i < points.size(); ++i) rows.row(Eigen::Index(i)) = points[i];
+    return rows;
+}
+
 }  // namespace
 
 Extraction extract(const mesh::Cage& cage, const ExtractOptions& options) {
@@ -146,9 +153,17 @@ geom::Points crease_midpoints(const PatchSet& patches) {
         if (edge.crease)
             middles.push_back(edge.curve.at(0.5 * (edge.curve.begin() + edge.curve.end())));
     }
-    geom::Points points(Eigen::Index(middles.size()), 3);
-    for (std::size_t i = 0; i < middles.size(); ++i) points.row(Eigen::Index(i)) = middles[i];
-    return points;
+    return rows_of(middles);
+}
+
+geom::Points singular_points(const Extraction& extraction) {
+    std::set<mesh::VertexId> vertices;  // a vertex has one cap a side of its sharp edges
+    for (const CapReport& cap : extraction.caps)
+        if (!cap.limit_has_plane || !cap.smooth) vertices.insert(cap.vertex);
+    std::vector<geom::Vec3> points;
+    for (const mesh::VertexId v : vertices)
+        points.push_back(subd::limit_position(extraction.cage, v));
+    return rows_of(points);
 }
 
 }  // namespace patchwright::patch

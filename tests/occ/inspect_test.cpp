@@ -56,7 +56,7 @@ TEST_CASE("kinks and creases of known angle are told apart", "[occ][oracle]") {
     const patch::Continuity one = occ::measure_continuity(box, creases);
     CHECK(one.crease_edges == 1);
     CHECK(one.smooth_edges == 11);
-    CHECK_THROWS(occ::measure_continuity(box, creases, 1));
+    CHECK_THROWS(occ::measure_continuity(box, creases, {.samples_per_edge = 1}));
 }
 
 TEST_CASE("a cylinder meets its own seam without a kink", "[occ][oracle]") {

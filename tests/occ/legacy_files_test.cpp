@@ -113,7 +113,8 @@ TEST_CASE("kernel bug: sewing leaves p-curves out of step with kinked edges", "[
     // Four faces meet where its thin strips end: sewing joins them crosswise, which is put right.
     CHECK(read.report.edges_rejoined == 1);
     CHECK(i.valid);
-    CHECK(occ::measure_continuity(read.model, geom::Points(0, 3), 33).max_gap_mm < 1e-5);
+    CHECK(occ::measure_continuity(read.model, geom::Points(0, 3), {.samples_per_edge = 33})
+              .max_gap_mm < 1e-5);
 }
 
 TEST_CASE("records that run into column 65 are read as meant", "[occ][legacy]") {

@@ -52,8 +52,10 @@ inline RandomPatches write_random_patches(unsigned seed, const std::filesystem::
     geom::Points points(Eigen::Index(middles.size()), 3);
     for (std::size_t k = 0; k < middles.size(); ++k) points.row(Eigen::Index(k)) = middles[k];
     constexpr int samples_an_edge = 65;
-    const patch::Continuity all = occ::measure_continuity(read, geom::Points(0, 3), 2);
-    const patch::Continuity smooth = occ::measure_continuity(read, points, samples_an_edge);
+    const patch::Continuity all =
+        occ::measure_continuity(read, geom::Points(0, 3), {.samples_per_edge = 2});
+    const patch::Continuity smooth =
+        occ::measure_continuity(read, points, {.samples_per_edge = samples_an_edge});
     result.relative_gap =
         std::max(all.max_gap_mm, smooth.max_gap_mm) / result.inspection.bounds.diagonal();
     result.kink_deg = smooth.max_kink_rad * 180.0 / M_PI;

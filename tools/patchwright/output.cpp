@@ -93,8 +93,8 @@ occ::CadModel write_assembled(Run& run, const Assembled& assembled, const Output
 
 void inspect_output(Run& run, const Assembled& output, const std::string& file) {
     run.report.solid = solid_figures(file, output.model);
-    run.report.continuity =
-        occ::measure_continuity(output.model, output.crease_points, continuity_samples);
+    run.report.continuity = occ::measure_continuity(output.model, output.crease_points,
+                                                    {.samples_per_edge = continuity_samples});
 }
 
 occ::CadModel write_patches(Run& run, const mesh::Cage& cage, const OutputOptions& options,

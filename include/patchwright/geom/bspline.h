@@ -59,4 +59,9 @@ struct BasisSpan {
 /// @pre knots as in BsplineCurve, t within their range (the end belongs to the last span)
 BasisSpan cubic_basis(const std::vector<double>& knots, double t);
 
+/// The Bezier points of a span as combinations of its four control points: row k times the points
+/// span - 3 to span is Bezier point k.
+/// @pre knots[span] < knots[span + 1], both within the knots' range
+Eigen::Matrix4d bezier_matrix(const std::vector<double>& knots, Eigen::Index span);
+
 }  // namespace patchwright::geom

@@ -34,13 +34,20 @@ struct Inspection {
 
 Inspection inspect(const CadModel& model);
 
+struct ContinuityOptions {
+    int samples_per_edge = 9;  ///< >= 2, both ends included
+    /// Vertices without a tangent plane: kinks within the distance of one are told apart. Where an
+    /// edge comes out of that neighbourhood there are more samples.
+    geom::Points singular_points = geom::Points(0, 3);
+    double singular_distance_mm = 0.0;
+};
+
 /// How neighbouring faces meet along their shared edges, measured on both surfaces.
 /// @param crease_points  one point on each edge that is a crease (any order), e.g. curve
 /// mid-points; an
 ///                       edge is a crease when one lies within 1e-6 of the diagonal of its
 ///                       mid-point
-/// @param samples_per_edge  >= 2, both ends included
 patch::Continuity measure_continuity(const CadModel& model, const geom::Points& crease_points,
-                                     int samples_per_edge = 9);
+                                     const ContinuityOptions& options = {});
 
 }  // namespace patchwright::occ

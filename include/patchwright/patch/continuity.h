@@ -9,9 +9,13 @@ namespace patchwright::patch {
 struct Continuity {
     double max_gap_mm = 0.0;  ///< largest distance between the two surfaces at one edge parameter
     geom::Vec3 gap_at = geom::Vec3::Zero();
-    double max_kink_rad =
-        0.0;  ///< largest angle between the normals over edges that are no creases
+    /// Largest angle between the normals over edges that are no creases, farther from vertices
+    /// without a tangent plane than the distance that was asked for.
+    double max_kink_rad = 0.0;
     geom::Vec3 kink_at = geom::Vec3::Zero();
+    /// The same nearer to such vertices.
+    double near_singular_kink_rad = 0.0;
+    geom::Vec3 near_singular_kink_at = geom::Vec3::Zero();
     int crease_edges = 0;  ///< edges recognised as creases
     int smooth_edges = 0;
 };

@@ -68,4 +68,8 @@ Extraction extract(const mesh::Cage& cage, const ExtractOptions& options = {});
 /// The middle of every crease edge's curve, one row each; empty when there are none.
 geom::Points crease_midpoints(const PatchSet& patches);
 
+/// Vertices around which the patches have no common tangent plane, one row each: the limit surface
+/// has none there, or a cap is not smooth.
+geom::Points singular_points(const Extraction& extraction);
+
 }  // namespace patchwright::patch

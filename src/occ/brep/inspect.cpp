@@ -210,27 +210,76 @@ double angle(const geom::Vec3& a, const geom::Vec3& b) {
     return 2.0 * std::atan2((a - b).norm(), (a + b).norm());
 }
 
-void measure_edge(const EdgeSide& a, const EdgeSide& b, bool crease, int samples,
-                  patch::Continuity& result) {
-    const SideProbe left(a);
-    const SideProbe right(b);
-    if (!left.usable() || !right.usable()) return;
-    for (int k = 0; k < samples; ++k) {
-        const double share = double(k) / (samples - 1);
+/// Measures along edges into one result.
+class EdgeMeasure {
+  public:
+    EdgeMeasure(const ContinuityOptions& options, patch::Continuity& result)
+        : singular_(options.singular_points, std::max(options.singular_distance_mm, 1e-12)),
+          has_singular_(options.singular_points.rows() > 0 && options.singular_distance_mm > 0.0),
+          samples_(options.samples_per_edge),
+          result_(result) {}
+
+    void measure(const EdgeSide& a, const EdgeSide& b, bool crease) const {
+        const SideProbe left(a);
+        const SideProbe right(b);
+        if (!left.usable() || !right.usable()) return;
+        double before = 0.0;
+        bool was_near = false;
+        for (int k = 0; k < samples_; ++k) {
+            const double share = double(k) / (samples_ - 1);
+            const bool is_near = sample(left, right, crease, share);
+            if (k > 0 && is_near != was_near && !crease) {
+                const double inside = is_near ? share : before, outside = is_near ? before : share;
+                const double border = border_between(left, inside, outside);
+                // Kinks at a singular vertex fade with the distance from it.
+                for (double part = 1.0; part > 1e-3; part *= 0.5) {
+                    sample(left, right, crease, border + part * (outside - border));
+                    sample(left, right, crease, border + part * (inside - border));
+                }
+            }
+            before = share;
+            was_near = is_near;
+        }
+    }
+
+  private:
+    /// Whether it is near a singular vertex.
+    bool sample(const SideProbe& left, const SideProbe& right, bool crease, double share) const {
         geom::Vec3 p, q, n, m;
         left.at(share, p, n);
         right.at(share, q, m);
-        if ((p - q).norm() > result.max_gap_mm) {
-            result.max_gap_mm = (p - q).norm();
-            result.gap_at = p;
+        if ((p - q).norm() > result_.max_gap_mm) {
+            result_.max_gap_mm = (p - q).norm();
+            result_.gap_at = p;
         }
-        if (crease || n.isZero() || m.isZero()) continue;
-        if (const double kink = angle(n, m); kink > result.max_kink_rad) {
-            result.max_kink_rad = kink;
-            result.kink_at = p;
+        const bool is_near = has_singular_ && singular_.has_near(p);
+        if (crease || n.isZero() || m.isZero()) return is_near;
+        double& largest = is_near ? result_.near_singular_kink_rad : result_.max_kink_rad;
+        if (const double kink = angle(n, m); kink > largest) {
+            largest = kink;
+            (is_near ? result_.near_singular_kink_at : result_.kink_at) = p;
         }
+        return is_near;
     }
-}
+
+    /// Outside, and as near to the neighbourhood as halving comes.
+    [[nodiscard]] double border_between(const SideProbe& side, double inside,
+                                        double outside) const {
+        constexpr int halvings = 30;
+        geom::Vec3 p, n;
+        for (int k = 0; k < halvings; ++k) {
+            const double middle = 0.5 * (inside + outside);
+            side.at(middle, p, n);
+            (singular_.has_near(p) ? inside : outside) = middle;
+        }
+        return outside;
+    }
+
+    PointGrid singular_;
+    bool has_singular_;
+    int samples_;
+    patch::Continuity& result_;
+};
 
 }  // namespace
 
@@ -240,8 +289,8 @@ Inspection inspect(const CadModel& model) {
 }
 
 patch::Continuity measure_continuity(const CadModel& model, const geom::Points& crease_points,
-                                     int samples_per_edge) {
-    if (samples_per_edge < 2)
+                                     const ContinuityOptions& options) {
+    if (options.samples_per_edge < 2)
         throw base::InvalidArgument("continuity needs at least 2 samples an edge");
     return guard_kernel<base::InputError>("measuring continuity", [&] {
         TopTools_IndexedMapOfShape edges;
@@ -261,6 +310,7 @@ patch::Continuity measure_continuity(const CadModel& model, const geom::Points& 
         }
         const PointGrid creases(crease_points, std::max(1e-6 * box.diagonal(), 1e-12));
         patch::Continuity result;
+        const EdgeMeasure edge_measure(options, result);
         for (const auto& pair : sides) {
             if (pair.size() != 2) continue;
             double first = 0, last = 0;
@@ -268,7 +318,7 @@ patch::Continuity measure_continuity(const CadModel& model, const geom::Points& 
             const bool crease =
                 !curve.IsNull() && creases.has_near(vec(curve->Value(0.5 * (first + last))));
             (crease ? result.crease_edges : result.smooth_edges) += 1;
-            measure_edge(pair[0], pair[1], crease, samples_per_edge, result);
+            edge_measure.measure(pair[0], pair[1], crease);
         }
         return result;
     });

@@ -1,0 +1,29 @@
+// Surfaces that pass through themselves.
+#pragma once
+
+#include <patchwright/base/progress.h>
+#include <patchwright/geom/bspline.h>
+
+#include <array>
+#include <vector>
+
+namespace patchwright::measure {
+
+/// A place where a surface meets itself.
+struct SelfIntersection {
+    int surface = 0;  ///< number in the list
+    geom::Vec3 point = geom::Vec3::Zero();
+    std::array<Eigen::Vector2d, 2> uv;  ///< the two places of the surface that meet there
+};
+
+/// One self-intersection of each surface that has any, in the order of the list. Sides that are
+/// joined to each other (closed surfaces) and sides that are a point are none, nor are loops that
+/// stay within the resolution of the place where they close.
+/// @param resolution_mm  parts of the surface smaller than this are not looked into
+/// @throw InvalidArgument when the resolution is not positive
+/// @throw Cancelled when `progress` says stop
+std::vector<SelfIntersection> find_self_intersections(
+    const std::vector<geom::BsplineSurface>& surfaces, double resolution_mm,
+    const base::Progress& progress = {});
+
+}  // namespace patchwright::measure

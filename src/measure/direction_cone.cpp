@@ -1,0 +1,96 @@
+#include "measure/direction_cone.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace patchwright::measure {
+
+using geom::Vec3;
+
+namespace {
+
+DirectionCone around(const Vec3& axis, double angle) {
+    const double bounded = std::min(angle, M_PI);
+    return {axis, bounded, std::cos(bounded), std::sin(bounded)};
+}
+
+}  // namespace
+
+DirectionCone cone_of(const geom::Points& vectors, double least) {
+    Vec3 sum = Vec3::Zero();
+    Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor, 12> unit(vectors.rows(), 3);
+    Eigen::Index count = 0;
+    for (Eigen::Index i = 0; i < vectors.rows(); ++i) {
+        const double length = vectors.row(i).norm();
+        if (!(length > least)) continue;
+        unit.row(count) = vectors.row(i) / length;
+        sum += unit.row(count++).transpose();
+    }
+    if (count == 0) return {};
+    const double length = sum.norm();
+    if (!(length > 1e-9)) return around(Vec3::UnitX(), M_PI);
+    const Vec3 axis = sum / length;
+    const double cosine = (unit.topRows(count) * axis).minCoeff();
+    // The rounding of a cosine near 1 is worth 1e-8 in the angle.
+    return around(axis, std::acos(std::clamp(cosine, -1.0, 1.0)) + 1e-7);
+}
+
+DirectionCone merge(const DirectionCone& a, const DirectionCone& b) {
+    if (a.empty()) return b;
+    if (b.empty()) return a;
+    const double between = 2.0 * std::atan2((a.axis - b.axis).norm(), (a.axis + b.axis).norm());
+    if (between + b.angle <= a.angle) return a;
+    if (between + a.angle <= b.angle) return b;
+    const double angle = 0.5 * (between + a.angle + b.angle);
+    if (!(angle < M_PI)) return around(a.axis, M_PI);
+    const double turn = angle - a.angle;  // of a's axis towards b's
+    Vec3 across = b.axis - a.axis.dot(b.axis) * a.axis;
+    const double size = across.norm();
+    if (!(size > 1e-12)) return around(a.axis, angle + turn);
+    across /= size;
+    return around(std::cos(turn) * a.axis + std::sin(turn) * across, angle + 1e-12);
+}
+
+bool share_half_space(std::initializer_list<DirectionCone> cones) {
+    // Gilbert's algorithm (1966) for the point of the vectors' convex hull that is nearest to the
+    // origin: as a direction it makes the largest least product with them.
+    constexpr int steps = 16;
+    constexpr double margin = 1e-4;  // radians that decide nothing
+    Vec3 w = Vec3::Zero();
+    int count = 0;
+    for (const DirectionCone& cone : cones) {
+        if (cone.empty()) continue;
+        if (!(cone.angle < M_PI_2 - margin)) return false;
+        w += cone.axis;
+        ++count;
+    }
+    if (count == 0) return true;
+    w /= count;
+    for (int step = 0; step < steps; ++step) {
+        const double length = w.norm();
+        if (!(length > margin)) return false;
+        const Vec3 way = w / length;
+        double least = 2.0;
+        Vec3 farthest = Vec3::Zero();
+        for (const DirectionCone& cone : cones) {
+            if (cone.empty()) continue;
+            const double c = cone.axis.dot(way);
+            const Vec3 across = way - c * cone.axis;
+            const double s = across.norm();
+            // cos(angle to the axis + angle of the cone), -1 beyond the opposite.
+            const double product = c <= -cone.cosine ? -1.0 : c * cone.cosine - s * cone.sine;
+            if (product >= least) continue;
+            least = product;
+            farthest = cone.cosine * cone.axis;
+            if (s > 1e-12) farthest -= cone.sine / s * across;
+        }
+        if (least > margin) return true;
+        const Vec3 change = farthest - w;
+        const double share = std::clamp(-w.dot(change) / change.squaredNorm(), 0.0, 1.0);
+        if (!(share > 0.0)) return false;
+        w += share * change;
+    }
+    return false;
+}
+
+}  // namespace patchwright::measure

@@ -1,0 +1,131 @@
+#include "measure/spline_shapes.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/base/parallel.h>
+#include <patchwright/measure/self_intersection.h>
+
+#include <catch2/catch.hpp>
+
+using namespace patchwright;
+using geom::Vec3;
+using measure::find_self_intersections;
+using test::spline_surface;
+
+namespace {
+
+/// A planar cubic Bezier curve swept along z.
+geom::BsplineSurface swept(const std::array<Eigen::Vector2d, 4>& curve, double length) {
+    geom::BsplineSurface s{test::uniform_knots(1), test::uniform_knots(1), geom::Points(16, 3)};
+    for (Eigen::Index i = 0; i < 4; ++i) {
+        for (Eigen::Index j = 0; j < 4; ++j) {
+            const Eigen::Vector2d& p = curve[std::size_t(i)];
+            s.point(i, j) << p.x(), p.y(), length * double(j) / 3.0;
+        }
+    }
+    return s;
+}
+
+/// A cambered wing section of 1 m chord, from the trailing edge below round the nose and back
+/// above, 2 m span.
+geom::BsplineSurface wing(double thickness_mm, double lift_mm, double trailing_gap_mm) {
+    return spline_surface(60, 10, [=](double u, double v) {
+        const double s = 2.0 * u - 1.0, side = s < 0.0 ? -1.0 : 1.0;
+        const double x = s * s, half = 0.5 * thickness_mm;
+        const double section = std::sqrt(x) * (1.0 - x) * 1.5;
+        const double camber = 100.0 * x * (1.0 - x) + lift_mm * side * x * x * (1.0 - x);
+        return Vec3(1000.0 * x, 2000.0 * v,
+                    camber + side * (half * section + 0.5 * trailing_gap_mm * x));
+    });
+}
+
+void check_closes(const geom::BsplineSurface& s, const measure::SelfIntersection& hit) {
+    for (const Eigen::Vector2d& uv : hit.uv)
+        CHECK((s.at(uv[0], uv[1]).position - hit.point).norm() < 1e-4);
+    CHECK((hit.uv[0] - hit.uv[1]).norm() > 1e-3);
+}
+
+}  // namespace
+
+TEST_CASE("a swept loop crosses itself where its curve does", "[measure][oracle]") {
+    // Symmetric about x = 0.5; with inner points at 0.5 +- a it has a loop when a < -1/6, a cusp
+    // at -1/6... of the left one.
+    const auto curve = [](double a) {
+        return std::array<Eigen::Vector2d, 4>{
+            Eigen::Vector2d{0, 0}, {0.5 + a, 1.0}, {0.5 - a, 1.0}, {1, 0}};
+    };
+    const std::vector<geom::BsplineSurface> surfaces{swept(curve(1.5), 4.0), swept(curve(0.4), 4.0),
+                                                     swept(curve(0.6), 4.0)};
+    const auto hits = find_self_intersections(surfaces, 1e-3);
+    REQUIRE(hits.size() == 2);
+    CHECK(hits[0].surface == 0);
+    CHECK(hits[1].surface == 2);
+    CHECK(hits[0].point.x() == Approx(0.5));
+    check_closes(surfaces[0], hits[0]);
+    // The loop is 0.05 long.
+    CHECK(find_self_intersections(surfaces, 0.2).size() == 1);
+    CHECK_THROWS_AS(find_self_intersections(surfaces, 0.0), base::InvalidArgument);
+}
+
+TEST_CASE("closed surfaces and poles are no self-intersections", "[measure][oracle]") {
+    const auto torus = spline_surface(24, 16, [](double u, double v) {
+        const double a = 2 * M_PI * u, b = 2 * M_PI * v, r = 30.0 + 10.0 * std::cos(b);
+        return Vec3(r * std::cos(a), r * std::sin(a), 10.0 * std::sin(b));
+    });
+    const auto sphere = spline_surface(20, 10, [](double u, double v) {
+        const double a = 2 * M_PI * u, b = M_PI * v;
+        return Vec3(50 * std::cos(a) * std::sin(b), 50 * std::sin(a) * std::sin(b),
+                    -50 * std::cos(b));
+    });
+    CHECK(find_self_intersections({torus, sphere}, 0.01).empty());
+    // A torus whose section is a figure of eight.
+    const auto eight = spline_surface(24, 32, [](double u, double v) {
+        const double a = 2 * M_PI * u, b = 2 * M_PI * v, r = 30.0 + 10.0 * std::sin(b);
+        return Vec3(r * std::cos(a), r * std::sin(a), 5.0 * std::sin(2 * b));
+    });
+    const auto hits = find_self_intersections({torus, eight}, 0.01);
+    REQUIRE(hits.size() == 1);
+    CHECK(hits[0].surface == 1);
+    check_closes(eight, hits[0]);
+}
+
+TEST_CASE("skins near each other are told from skins that cross", "[measure][oracle]") {
+    const double resolution = 0.1;
+    CHECK(find_self_intersections({wing(120.0, 0.0, 0.0)}, resolution).empty());
+    CHECK(find_self_intersections({wing(0.1, 0.0, 0.0)}, resolution).empty());
+    CHECK(find_self_intersections({wing(0.1, 0.0, 0.1)}, resolution).empty());
+    const auto crossing = wing(20.0, -100.0, 0.0);
+    const auto hits = find_self_intersections({crossing}, resolution);
+    REQUIRE(hits.size() == 1);
+    check_closes(crossing, hits[0]);
+}
+
+TEST_CASE("a sheet folded over itself", "[measure][oracle]") {
+    // x goes 0 to 60, back to 40 and on to 100; the middle layer lies between the others or passes
+    // through the upper one.
+    const auto folded = [](double lift) {
+        return spline_surface(40, 4, [=](double u, double v) {
+            const double x = 100.0 * u + 45.0 * std::sin(2 * M_PI * u);
+            return Vec3(x, 50.0 * v, lift * std::cos(M_PI * u) + (v - 0.5) * 4.0);
+        });
+    };
+    CHECK(find_self_intersections({folded(5.0)}, 0.1).empty());
+    // All layers in one plane.
+    const auto hits = find_self_intersections({folded(0.0)}, 0.1);
+    REQUIRE(hits.size() == 1);
+    check_closes(folded(0.0), hits[0]);
+}
+
+TEST_CASE("the place of a self-intersection does not depend on threads", "[measure]") {
+    const auto crossing = wing(20.0, -100.0, 0.0);
+    const std::vector<geom::BsplineSurface> surfaces(3, crossing);
+    base::set_thread_count(1);
+    const auto one = find_self_intersections(surfaces, 0.1);
+    base::set_thread_count(0);
+    const auto all = find_self_intersections(surfaces, 0.1);
+    REQUIRE(one.size() == 3);
+    REQUIRE(all.size() == 3);
+    for (std::size_t k = 0; k < 3; ++k) {
+        CHECK(one[k].point == all[k].point);
+        CHECK(one[k].uv == all[k].uv);
+    }
+}
