@@ -73,6 +73,38 @@ std::array<Side, 4> sides_of(const Plan& plan, const Block& block) {
             side_of(plan, block, 3)};
 }
 
+/// The faces of a block, made as points ask for them.
+class BlockFaces {
+  public:
+    BlockFaces(subd::RingTable& table, const mesh::Cage& cage, const Block& block)
+        : table_(table), cage_(cage), block_(block), faces_(block.cells.size()) {}
+
+    /// @param at  in [0, columns] and [0, rows]
+    geom::Vec3 point(const Eigen::Vector2d& at) {
+        const int column = std::clamp(int(at.x()), 0, block_.columns - 1);
+        const int row = std::clamp(int(at.y()), 0, block_.rows - 1);
+        const double u = std::clamp(at.x() - column, 0.0, 1.0);
+        const double v = std::clamp(at.y() - row, 0.0, 1.0);
+        const Topology& t = *cage_.topology;
+        const CornerId c = block_.cell(column, row);
+        const mesh::FaceId f = t.face(c);
+        auto& face = faces_[std::size_t(column) * std::size_t(block_.rows) + std::size_t(row)];
+        if (!face) face = std::make_unique<FaceSurface>(table_, cage_, f);
+        switch (c.value - t.corners(f)[0].value) {
+            case 0: return face->at(u, v);
+            case 1: return face->at(1.0 - v, u);
+            case 2: return face->at(1.0 - u, 1.0 - v);
+            default: return face->at(v, 1.0 - u);
+        }
+    }
+
+  private:
+    subd::RingTable& table_;
+    const mesh::Cage& cage_;
+    const Block& block_;
+    std::vector<std::unique_ptr<FaceSurface>> faces_;
+};
+
 /// Points that are evaluated by one task: enough to make up for the pieces that it builds.
 constexpr int points_a_task = 8192;
 
@@ -102,8 +134,6 @@ void BlockEvaluator::evaluate(int number, BlockPoints& points) const {
                                                 plan_.layout.blocks.size()));
     }
     const Block& block = plan_.layout.blocks[std::size_t(number)];
-    const mesh::Cage& cage = plan_.layout.cage;
-    const Topology& t = *cage.topology;
     const std::array<Side, 4> sides = sides_of(plan_, block);
     const Frame frame = frame_of(block, sides);
     points.ni = static_cast<int>(sides[0].points.size());
@@ -117,37 +147,16 @@ void BlockEvaluator::evaluate(int number, BlockPoints& points) const {
         std::min(std::max(inner_i, 1), 4 * static_cast<int>(std::sqrt(points_a_task)));
     const int step_j = std::max(1, points_a_task / step_i);
     const int tiles_i = (inner_i + step_i - 1) / step_i, tiles_j = (inner_j + step_j - 1) / step_j;
+    const auto evaluate_tile = [&](int i0, int j0) {
+        BlockFaces faces(state_->table, plan_.layout.cage, block);
+        for (int j = j0; j < std::min(j0 + step_j, points.nj - 1); ++j)
+            for (int i = i0; i < std::min(i0 + step_i, points.ni - 1); ++i)
+                points.set(points.index(i, j), faces.point(frame.at(i, j)));
+    };
     base::parallel_for(
         std::size_t(tiles_i) * std::size_t(tiles_j), 1, [&](std::size_t first, std::size_t last) {
-            for (std::size_t tile = first; tile < last; ++tile) {
-                const int i0 = 1 + int(tile) % tiles_i * step_i,
-                          j0 = 1 + int(tile) / tiles_i * step_j;
-                const int i1 = std::min(i0 + step_i, points.ni - 1);
-                const int j1 = std::min(j0 + step_j, points.nj - 1);
-                std::vector<std::unique_ptr<FaceSurface>> faces(block.cells.size());
-                for (int j = j0; j < j1; ++j) {
-                    for (int i = i0; i < i1; ++i) {
-                        const Eigen::Vector2d at = frame.at(i, j);
-                        const int column = std::clamp(int(at.x()), 0, block.columns - 1);
-                        const int row = std::clamp(int(at.y()), 0, block.rows - 1);
-                        const double u = std::clamp(at.x() - column, 0.0, 1.0);
-                        const double v = std::clamp(at.y() - row, 0.0, 1.0);
-                        const CornerId c = block.cell(column, row);
-                        const mesh::FaceId f = t.face(c);
-                        auto& face =
-                            faces[std::size_t(column) * std::size_t(block.rows) + std::size_t(row)];
-                        if (!face) face = std::make_unique<FaceSurface>(state_->table, cage, f);
-                        geom::Vec3 p;
-                        switch (c.value - t.corners(f)[0].value) {
-                            case 0: p = face->at(u, v); break;
-                            case 1: p = face->at(1.0 - v, u); break;
-                            case 2: p = face->at(1.0 - u, 1.0 - v); break;
-                            default: p = face->at(v, 1.0 - u); break;
-                        }
-                        points.set(points.index(i, j), p);
-                    }
-                }
-            }
+            for (std::size_t tile = first; tile < last; ++tile)
+                evaluate_tile(1 + int(tile) % tiles_i * step_i, 1 + int(tile) / tiles_i * step_j);
         });
     for (int i = 0; i < points.ni; ++i) {
         points.set(points.index(i, 0), sides[0].points[std::size_t(i)]);
