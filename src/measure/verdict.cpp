@@ -14,6 +14,13 @@ namespace {
 
 constexpr double degrees = 180.0 / M_PI;
 
+/// 0.000052 as "5.2e-5", 0.0001 as "1e-4".
+std::string short_number(double value) {
+    const std::string text = fmt::format("{:.1e}", value);  // d.de-dd
+    const std::string digits = text[2] == '0' ? text.substr(0, 1) : text.substr(0, 3);
+    return digits + "e" + std::to_string(std::stoi(text.substr(text.find('e') + 1)));
+}
+
 std::string plural(int count, const char* one, const char* many) {
     return count == 1 ? fmt::format("one {}", one) : fmt::format("{} {}", count, many);
 }
@@ -110,9 +117,9 @@ std::string describe(const Condition& c, std::optional<double> tolerance_rel) {
         case Requirement::DistanceFromInput: {
             const bool to = c.requirement == Requirement::DistanceToInput;
             const double relative = *tolerance_rel * c.value / c.limit;
-            return fmt::format("{} {:.2g} of the diagonal from {} (limit {:.2g})",
-                               to ? "the output is" : "the input is", relative,
-                               to ? "the input" : "the output", *tolerance_rel);
+            return fmt::format("{} {} of the diagonal from {} (limit {})",
+                               to ? "the output is" : "the input is", short_number(relative),
+                               to ? "the input" : "the output", short_number(*tolerance_rel));
         }
         case Requirement::SharpCurves:
             return plural(count, "long sharp curve is lost", "long sharp curves are lost");
@@ -180,9 +187,9 @@ std::string Verdict::sentence(base::LengthUnit unit) const {
         return text + (text.empty() || more.empty() ? "" : ", ") + more;
     };
     if (met()) {
-        const std::string limit = tolerance_rel ? fmt::format(" {:.2g}", *tolerance_rel) : "";
+        const std::string limit = tolerance_rel ? " " + short_number(*tolerance_rel) : "";
         std::string text = shape;
-        if (deviation_rel) text = list(text, fmt::format("{:.2g} of the diagonal", *deviation_rel));
+        if (deviation_rel) text = list(text, short_number(*deviation_rel) + " of the diagonal");
         return "met" + limit + (text.empty() ? "" : ": " + text);
     }
     std::string text;

@@ -18,6 +18,7 @@ class SectionWriter {
     }
 
     std::vector<Section> write() {
+        if (report_.verdict) verdict(*report_.verdict);
         if (report_.input) input(*report_.input);
         if (report_.cage) cage(*report_.cage);
         if (report_.fit) fit(*report_.fit);
@@ -53,6 +54,31 @@ class SectionWriter {
                            p.z() * scale_);
     }
 
+    void verdict(const measure::Verdict& v) {
+        sections_.push_back({"Verdict", {}});
+        for (const measure::Condition& c : v.conditions)
+            row(measure::name_of(c.requirement), "{} {}", c.met ? "met" : "MISSED:", value(c));
+    }
+    std::string value(const measure::Condition& c) const {
+        std::string text;
+        switch (c.quantity) {
+            case measure::Quantity::Length:
+                text = fmt::format("{}, limit {}", relative(c.value), length(c.limit));
+                break;
+            case measure::Quantity::Volume:
+                text = fmt::format("{:.6g} {}", c.value * scale_ * scale_ * scale_, unit(3));
+                break;
+            case measure::Quantity::Angle:
+                text = fmt::format("{:.3g} degrees, limit {:.3g}", c.value * 180.0 / M_PI,
+                                   c.limit * 180.0 / M_PI);
+                break;
+            case measure::Quantity::Count:
+                text = fmt::format("{:.0f}, limit {:.0f}", c.value, c.limit);
+                break;
+        }
+        return c.at ? fmt::format("{} at {}", text, place(*c.at)) : text;
+    }
+
     void input(const InputFigures& i) {
         sections_.push_back({"Input", {}});
         row("file", "{}", i.file);
@@ -80,7 +106,7 @@ class SectionWriter {
     }
     void fit(const FitFigures& f) {
         sections_.push_back({"Fit", {}});
-        row("tolerance", "{}: {}", relative(f.tolerance), f.met ? "met" : "MISSED");
+        row("tolerance", "{}", relative(f.tolerance));
         for (std::size_t i = 0; i < f.levels.size(); ++i) {
             const fit::FitLevel& l = f.levels[i];
             row(fmt::format("level {}", i),
@@ -208,6 +234,9 @@ class SectionWriter {
         row("gap", "{}", relative(c.max_gap_mm));
         row("kink", "{:.3g} degrees at {} over {} smooth edges", c.max_kink_rad * 180.0 / M_PI,
             place(c.kink_at), c.smooth_edges);
+        if (c.near_singular_kink_rad > 0.0)
+            row("  within reach", "{:.3g} degrees at {}, beside a vertex without a tangent plane",
+                c.near_singular_kink_rad * 180.0 / M_PI, place(c.near_singular_kink_at));
         row("creases", "{} edges", c.crease_edges);
     }
     void grid(const GridFigures& g) {
@@ -270,13 +299,15 @@ class SectionWriter {
 std::vector<Section> sections(const RunReport& report) { return SectionWriter(report).write(); }
 
 std::string to_text(const RunReport& report) {
-    std::string text;
+    const std::string verdict =
+        report.verdict ? report.verdict->sentence(report.unit) + "\n" : std::string();
+    std::string text = verdict;
     for (const Section& section : sections(report)) {
         text += section.title + "\n";
         for (const auto& [label, value] : section.rows)
             text += fmt::format("  {:<16} {}\n", label, value);
     }
-    return text;
+    return text + verdict;
 }
 
 }  // namespace patchwright::report

@@ -22,6 +22,9 @@ std::string to_html(const RunReport& report) {
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>patchwright "
         "report</title><style>{}</style></head>\n<body><h1>patchwright {}</h1>\n",
         style, base::version());
+    if (report.verdict)
+        page += fmt::format("<p><strong>{}</strong></p>\n",
+                            base::escape_markup(report.verdict->sentence(report.unit)));
     for (const Section& section : sections(report)) {
         page += fmt::format("<h2>{}</h2>\n<table>\n", base::escape_markup(section.title));
         for (const auto& [label, value] : section.rows) {

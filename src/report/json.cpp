@@ -23,6 +23,7 @@ class Writer {
         Json json;
         json["tool"] = {{"name", "patchwright"}, {"version", base::version()}};
         json["unit"] = base::short_name(report_.unit);
+        if (report_.verdict) json["verdict"] = verdict(*report_.verdict);
         if (report_.input) json["input"] = input(*report_.input);
         if (report_.cage) json["cage"] = cage(*report_.cage);
         if (report_.cage && !report_.layout.empty()) json["cage"]["layout"] = report_.layout;
@@ -55,6 +56,24 @@ class Writer {
         return {p.x() * scale_, p.y() * scale_, p.z() * scale_};
     }
 
+    Json verdict(const measure::Verdict& v) const {
+        Json conditions = Json::array();
+        for (const measure::Condition& c : v.conditions) {
+            const double factor = c.quantity == measure::Quantity::Length ? scale_
+                                  : c.quantity == measure::Quantity::Volume
+                                      ? scale_ * scale_ * scale_
+                                  : c.quantity == measure::Quantity::Angle ? degrees
+                                                                           : 1.0;
+            conditions.push_back({{"name", measure::name_of(c.requirement)},
+                                  {"value", c.value * factor},
+                                  {"limit", c.limit * factor},
+                                  {"at", c.at ? point(*c.at) : Json()},
+                                  {"met", c.met},
+                                  {"remedy", c.remedy}});
+        }
+        return {
+            {"met", v.met()}, {"sentence", v.sentence(report_.unit)}, {"conditions", conditions}};
+    }
     Json input(const InputFigures& i) const {
         return {{"file", i.file},
                 {"format", i.format},
@@ -106,7 +125,7 @@ class Writer {
                         {"uneven_spacing", fair.uneven_spacing}};
         };
         return {{"tolerance", length(f.tolerance)},
-                {"met", f.met},
+                {"met", report_.verdict && report_.verdict->met()},
                 {"symmetry", f.symmetry_axis ? std::string(1, "xyz"[*f.symmetry_axis]) : "none"},
                 {"levels", levels},
                 {"best_level", f.best_level},
@@ -255,6 +274,8 @@ class Writer {
                 {"gap_at", point(c.gap_at)},
                 {"max_kink_deg", c.max_kink_rad * 180.0 / M_PI},
                 {"kink_at", point(c.kink_at)},
+                {"near_singular_kink_deg", c.near_singular_kink_rad * 180.0 / M_PI},
+                {"near_singular_kink_at", point(c.near_singular_kink_at)},
                 {"creases", c.crease_edges},
                 {"smooth_edges", c.smooth_edges}};
     }

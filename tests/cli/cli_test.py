@@ -136,7 +136,8 @@ class Errors(CliTest):
     def test_usage(self):
         for arguments in ([], ["frobnicate"], ["convert"], ["export", "a.obj"], ["subdivide", "a.obj", "-n", "-1", "-o", "b.obj"],
                           ["convert", WING / "wing.igs", "-o", "x.step", "--cage", "c.obj", "--tolerance", "1parsec"],
-                          ["inspect", WING / "wing.igs", "--input-unit", "furlong"]):
+                          ["inspect", WING / "wing.igs", "--input-unit", "furlong"],
+                          ["export", SAMPLES / "cages" / "cube.obj", "-o", "x.step", "--continuity", "g3"]):
             with self.subTest(arguments=arguments):
                 self.check_error(run(*arguments), 1)
 
@@ -235,7 +236,7 @@ class Results(CliTest):
         # A cube without creases has none of the edges of one that has them.
         for name in ("cube", "cube_rim"):
             self.report("export", SAMPLES / "cages" / f"{name}.obj", "-o", self.path(f"{name}.step"))
-        result = self.report("compare", self.path("cube_rim.step"), self.path("cube.step"), "--tolerance", "1e-3rel")
+        result = self.report("compare", self.path("cube_rim.step"), self.path("cube.step"), "--tolerance", "1e-3rel", code=3)
         curves = result["sharp_curves"]["long"]
         self.assertEqual(len(curves["missed"]), curves["count"])
         self.assertIsNone(curves["missed"][0]["distance"])
@@ -311,6 +312,47 @@ class Results(CliTest):
                              "--tolerance", "1e-9rel", "--max-levels", 0, code=3)
         self.assertFalse(report["fit"]["met"])
         self.assertTrue(out.exists())
+
+    def test_the_verdict_is_the_first_and_last_line_and_decides_the_exit_code(self):
+        rim, cube = self.path("cube_rim.step"), self.path("cube.step")
+        for file in (rim, cube):
+            result = run("export", SAMPLES / "cages" / f"{file.stem}.obj", "-o", file)
+            lines = result.stdout.splitlines()
+            self.assertEqual(lines[0], lines[-1])
+            self.assertTrue(lines[0].startswith("met: one closed valid solid, "), lines[0])
+        result = run("compare", rim, cube, "--tolerance", "1e-3rel", "--json", self.path("r.json"))
+        self.assertEqual(result.returncode, 3)
+        lines = result.stdout.splitlines()
+        self.assertEqual(lines[0], lines[-1])
+        self.assertTrue(lines[0].startswith("MISSED: "), lines[0])
+        self.assertIn("; try ", lines[0])
+        verdict = json.loads(self.path("r.json").read_text())["verdict"]
+        self.assertFalse(verdict["met"])
+        self.assertEqual(verdict["sentence"], lines[0])
+        missed = {c["name"] for c in verdict["conditions"] if not c["met"]}
+        self.assertIn("sharp_curves", missed)
+        for condition in verdict["conditions"]:
+            self.assertEqual(condition["met"], condition["remedy"] == "")
+        self.assertEqual(run("compare", rim, cube).returncode, 0)
+        self.assertEqual(run("compare", rim, rim, "--tolerance", "1e-6rel").returncode, 0)
+
+    def test_a_self_intersecting_cage_is_not_met(self):
+        # A cube whose top is pushed through its bottom: volume negative or faces that cross.
+        text = (SAMPLES / "cages" / "cube.obj").read_text().splitlines()
+        turned = [" ".join([*line.split()[:3], str(-3.0 * float(line.split()[3]))])
+                  if line.startswith("v ") and float(line.split()[3]) > 0 else line for line in text]
+        cage = self.path("crossed.obj", "\n".join(turned) + "\n")
+        verdict = self.report("export", cage, "-o", self.path("crossed.step"), code=3)["verdict"]
+        self.assertFalse(verdict["met"])
+
+    def test_a_time_limit_is_kept_and_said(self):
+        out = self.path("wing.step")
+        start = time.time()
+        result = run("convert", WING / "wing.step", "-o", out, "--tolerance", "1e-8rel", "--time-limit", "2")
+        self.assertEqual(result.returncode, 3)
+        self.assertLess(time.time() - start, 60)
+        self.assertIn("time limit", result.stderr)
+        self.assertIn("--time-limit", result.stdout + result.stderr)
 
     def test_interrupt_stops_cleanly(self):
         out = self.path("wing.step", "old")

@@ -40,7 +40,7 @@ TEST_CASE("a result that fulfils every condition is met and says what it is", "[
     CHECK(verdict.conditions.size() == 11);
     for (const auto& c : verdict.conditions) CHECK(c.remedy.empty());
     CHECK(verdict.sentence(base::LengthUnit::Millimetre) ==
-          "met 0.0001: one closed valid solid, 6 patches, 5.2e-05 of the diagonal");
+          "met 1e-4: one closed valid solid, 6 patches, 5.2e-5 of the diagonal");
 }
 
 TEST_CASE("every condition can fail by itself, with its name, place and remedy", "[verdict]") {
@@ -56,12 +56,12 @@ TEST_CASE("every condition can fail by itself, with its name, place and remedy",
          [&](auto& f) {
              f.output_to_input_mm = measure::Worst{0.11, place};
          },
-         "the output is 0.00011 of the diagonal from the input (limit 0.0001)"},
+         "the output is 1.1e-4 of the diagonal from the input (limit 1e-4)"},
         {Requirement::DistanceFromInput,
          [&](auto& f) {
              f.input_to_output_mm = measure::Worst{0.2, place};
          },
-         "the input is 0.0002 of the diagonal from the output"},
+         "the input is 2e-4 of the diagonal from the output"},
         {Requirement::SharpCurves,
          [&](auto& f) {
              f.lost_sharp_curves = measure::Failures{2, place};

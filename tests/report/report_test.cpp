@@ -14,8 +14,7 @@ report::RunReport sample() {
     r.input =
         report::InputFigures{.file = "a<b>.igs", .format = "IGES", .faces = 3, .diagonal = 254.0};
     r.cage = mesh::CageSummary{.vertices = 8, .faces = 6};
-    r.fit = report::FitFigures{
-        .tolerance = 2.54, .met = true, .levels = {{.vertices = 8, .max_mm = 1.27}}};
+    r.fit = report::FitFigures{.tolerance = 2.54, .levels = {{.vertices = 8, .max_mm = 1.27}}};
     r.patches = report::PatchFigures{.count = 24,
                                      .continuity = "g1",
                                      .covering = "charts",
@@ -50,6 +49,36 @@ TEST_CASE("the JSON report has the contract's keys in the report's unit", "[repo
     CHECK(json.at("patches").at("charts") == 24);
     CHECK(json.at("patches").at("caps") == 1);
     CHECK(json.at("patches").at("extraordinary").at(0).at("distance").get<double>() == Approx(0.1));
+}
+
+TEST_CASE("the verdict is the first and the last line, and in the JSON", "[report]") {
+    report::RunReport r = sample();
+    r.verdict =
+        measure::assess({.tolerance_mm = 2.54,
+                         .diagonal_mm = 254.0,
+                         .output_to_input_mm = measure::Worst{25.4, geom::Vec3(25.4, 0, -50.8)},
+                         .valid = true,
+                         .kink_rad = measure::Worst{M_PI / 4, std::nullopt}});
+    const std::string sentence = r.verdict->sentence(base::LengthUnit::Inch);
+    const std::string text = report::to_text(r);
+    CHECK(text.find(sentence + "\n") == 0);
+    CHECK(text.rfind("\n" + sentence + "\n") == text.size() - sentence.size() - 2);
+    CHECK(report::to_html(r).find("MISSED: ") != std::string::npos);
+
+    const auto json = nlohmann::json::parse(report::to_json(r)).at("verdict");
+    CHECK(json.at("met") == false);
+    CHECK(json.at("sentence") == sentence);
+    REQUIRE(json.at("conditions").size() == 3);
+    const auto& distance = json.at("conditions").at(0);
+    CHECK(distance.at("name") == "distance_to_input");
+    CHECK(distance.at("value").get<double>() == Approx(1.0));
+    CHECK(distance.at("limit").get<double>() == Approx(0.1));
+    CHECK(distance.at("at").at(2).get<double>() == Approx(-2.0));
+    CHECK(distance.at("met") == false);
+    CHECK_FALSE(distance.at("remedy").get<std::string>().empty());
+    CHECK(json.at("conditions").at(1).at("met") == true);
+    CHECK(json.at("conditions").at(2).at("value").get<double>() == Approx(45.0));
+    CHECK(json.at("conditions").at(2).at("at").is_null());
 }
 
 TEST_CASE("sections that do not apply are left out", "[report]") {

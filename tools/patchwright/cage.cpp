@@ -1,4 +1,4 @@
-#include "fitting.h"
+#include "options.h"
 
 #include <fmt/format.h>
 
@@ -10,25 +10,30 @@ namespace {
 
 struct CageCommandOptions {
     CommonOptions common;
-    LayoutOptions layout;
+    CageOptions cage;
     InputOptions read;
     std::string input, output;
-    FitCommandOptions fit;
+    std::string tolerance = "1e-4rel", cage_unit = "mm";
 };
 
-int cage(const CageCommandOptions& options) {
-    const auto cage_unit = base::parse_length_unit(options.fit.cage_unit);
-    base::parse_length(options.fit.tolerance);
+int make_cage_file(const CageCommandOptions& options) {
+    const auto cage_unit = base::parse_length_unit(options.cage_unit);
+    base::parse_length(options.tolerance);
     Run run(options.common);
-    Input input = read_input(run, options.input, options.read);
-    prepare(run, input);
-    const double tolerance = relative_tolerance(options.fit, input.reference());
-    const auto made = make_cage(run, input, options.layout, tolerance);
+    const convert::Source source = read_source(run, options.input, options.read);
+    const double diagonal = source.input.diagonal;
+    const cage::CageResult made = cage::make_cage(
+        source.surface(), {.method = options.cage.method,
+                           .target_faces = options.cage.target_faces.value_or(0),
+                           .tolerance_rel = length_mm(options.tolerance, diagonal) / diagonal,
+                           .progress = run.progress()});
+    for (const std::string& text : made.notices) run.notice(text);
+    run.report.cage = mesh::summarise(*made.cage.topology);
+    run.report.layout = made.layout;
     run.end_stage("layout");
     write_cage(made.cage, options.output, cage_unit);
     run.end_stage("write");
-    run.finish();
-    return Done;
+    return run.finish();
 }
 
 }  // namespace
@@ -39,18 +44,17 @@ void register_cage(CLI::App& app, int& exit_code) {
     command->add_option("input", options->input, input_help)->required();
     command->add_option("-o,--output", options->output, "control mesh (OBJ)")->required();
     command
-        ->add_option("--tolerance", options->fit.tolerance,
-                     "what the cage is to be fitted to: 0.05mm, 0.002in, or 1e-4rel (of the "
-                     "diagonal)")
+        ->add_option("--tolerance", options->tolerance,
+                     fmt::format("what the cage is to be fitted to: {}", length_help))
         ->capture_default_str();
     command
-        ->add_option("--cage-unit", options->fit.cage_unit,
+        ->add_option("--cage-unit", options->cage_unit,
                      "unit of the cage's numbers: mm, cm, m, in, ft")
         ->capture_default_str();
     add_input_options(*command, options->read);
-    add_layout_options(*command, options->layout);
+    add_cage_options(*command, options->cage);
     add_common_options(*command, options->common, true);
-    command->callback([options, &exit_code] { exit_code = cage(*options); });
+    command->callback([options, &exit_code] { exit_code = make_cage_file(*options); });
 }
 
 }  // namespace patchwright::cli

@@ -50,19 +50,26 @@ base::Progress Run::progress() const {
     };
 }
 
+base::Budget Run::budget(std::optional<double> limit_s) const {
+    if (!limit_s) return base::Budget(std::nullopt, progress());
+    return base::Budget(base::Budget::Seconds(*limit_s), progress());
+}
+
 void Run::end_stage(const std::string& name) {
     const auto now = std::chrono::steady_clock::now();
-    const double seconds = std::chrono::duration<double>(now - stage_start_).count();
+    add_stage(name, std::chrono::duration<double>(now - stage_start_).count());
+    if (interrupted != 0) throw base::Cancelled();
+}
+
+void Run::add_stage(const std::string& name, double seconds) {
     const auto known = std::find_if(report.seconds.begin(), report.seconds.end(),
                                     [&](const auto& stage) { return stage.first == name; });
-    if (known == report.seconds.end()) {
+    if (known == report.seconds.end())
         report.seconds.emplace_back(name, seconds);
-    } else {
+    else
         known->second += seconds;
-    }
-    stage_start_ = now;
+    stage_start_ = std::chrono::steady_clock::now();
     if (options_.verbose) fmt::print(stderr, "{}: {:.2f} s\n", name, seconds);
-    if (interrupted != 0) throw base::Cancelled();
 }
 
 void Run::notice(const std::string& text) {
@@ -70,7 +77,7 @@ void Run::notice(const std::string& text) {
     if (!options_.quiet) fmt::print(stderr, "note: {}\n", text);
 }
 
-void Run::finish() {
+int Run::finish() {
     if (!options_.quiet && (options_.progress || ::isatty(STDERR_FILENO) != 0)) {
         fmt::print(stderr, "\r\033[K");
     }
@@ -80,10 +87,11 @@ void Run::finish() {
     if (!options_.html.empty()) base::write_text_file(options_.html, report::to_html(report));
     if (options_.json == "-") {
         fmt::print("{}", report::to_json(report));
-        return;
+    } else {
+        if (!options_.json.empty()) base::write_text_file(options_.json, report::to_json(report));
+        if (!options_.quiet) fmt::print("{}", report::to_text(report));
     }
-    if (!options_.json.empty()) base::write_text_file(options_.json, report::to_json(report));
-    if (!options_.quiet) fmt::print("{}", report::to_text(report));
+    return report.verdict && !report.verdict->met() ? VerdictMissed : Done;
 }
 
 mesh::Cage read_cage(Run& run, const std::string& file, base::LengthUnit unit) {

@@ -1,7 +1,7 @@
 // What all subcommands share: exit codes, common options, progress and reporting.
 #pragma once
 
-#include <patchwright/base/progress.h>
+#include <patchwright/base/budget.h>
 #include <patchwright/base/units.h>
 #include <patchwright/mesh/cage.h>
 #include <patchwright/report/run_report.h>
@@ -9,6 +9,7 @@
 #include <CLI/CLI.hpp>
 
 #include <chrono>
+#include <optional>
 #include <string>
 
 namespace patchwright::cli {
@@ -18,7 +19,7 @@ enum ExitCode {
     Done = 0,
     Usage = 1,
     BadInput = 2,
-    ToleranceMissed = 3,
+    VerdictMissed = 3,
     NotWritten = 4,
     InternalError = 5
 };
@@ -42,16 +43,21 @@ class Run {
 
     /// Draws the stage on standard error when asked to or on a terminal; stops on Ctrl-C.
     [[nodiscard]] base::Progress progress() const;
+    /// The same with a limit that counts from now.
+    [[nodiscard]] base::Budget budget(std::optional<double> limit_s) const;
 
     /// Ends the stage that ran since the last call, or since the start, under this name; a stage
     /// that runs again adds up.
     void end_stage(const std::string& name);
+    /// Adds a stage that something else has timed, and begins the next one now.
+    void add_stage(const std::string& name, double seconds);
 
     /// Remembered in the report, printed to standard error unless quiet.
     void notice(const std::string& text);
 
     /// Writes JSON and HTML where asked, prints the summary to standard output unless quiet.
-    void finish();
+    /// @return Done, or VerdictMissed where the report's verdict is not met
+    int finish();
 
     report::RunReport report;
 

@@ -1,5 +1,6 @@
-#include "input.h"
-#include "output.h"
+#include "options.h"
+
+#include <fmt/format.h>
 
 #include <memory>
 
@@ -11,25 +12,41 @@ struct CompareOptions {
     CommonOptions common;
     InputOptions read;
     std::string a, b, tolerance;
-    int samples = 20000;
+    int samples = convert::ConvertOptions{}.samples;
 };
 
-int compare(const CompareOptions& options) {
+/// Of B as the output of A: distances, long sharp curves, and what a model is by itself.
+measure::Verdict assess(const convert::Source& a, const convert::Source& b,
+                        const report::DeviationFigures& deviation, double tolerance_mm) {
+    measure::VerdictFigures figures{.tolerance_mm = tolerance_mm,
+                                    .diagonal_mm = a.input.diagonal,
+                                    .valid = b.figures.valid,
+                                    .bodies = b.bodies,
+                                    .closed = b.figures.closed};
+    if (a.figures.closed) {
+        figures.free_edges = b.figures.free_edges;
+        figures.bodies_of_input = a.bodies;
+    }
+    convert::add_deviation(figures, deviation);
+    return measure::assess(figures);
+}
+
+int compare_files(const CompareOptions& options) {
     if (!options.tolerance.empty()) base::parse_length(options.tolerance);
     Run run(options.common);
-    Input b = read_input(run, options.b, {.sharp_angle_deg = options.read.sharp_angle_deg});
-    Input a = read_input(run, options.a, options.read);
+    const convert::Source b =
+        read_source(run, options.b, {.sharp_angle_deg = options.read.sharp_angle_deg});
+    const convert::Source a = read_source(run, options.a, options.read);
     run.report.solid = b.figures;
-    prepare(run, a);
-    prepare(run, b);
-    const geom::ModelSurface &input = a.reference(), &output = b.reference();
     std::optional<double> tolerance;
-    if (!options.tolerance.empty())
-        tolerance = base::parse_length(options.tolerance).in_millimetres(input.bounds().diagonal());
-    compare_models(run, output, input, options.samples, tolerance);
+    if (!options.tolerance.empty()) tolerance = length_mm(options.tolerance, a.input.diagonal);
+    report::DeviationFigures deviation =
+        convert::compare(b.surface(), a.surface(), options.samples, tolerance, run.progress());
+    convert::add_bounds(deviation, b.surface(), a.surface(), run.progress());
+    if (tolerance) run.report.verdict = assess(a, b, deviation, *tolerance);
+    run.report.deviation = std::move(deviation);
     run.end_stage("check");
-    run.finish();
-    return Done;
+    return run.finish();
 }
 
 }  // namespace
@@ -43,12 +60,14 @@ void register_compare(CLI::App& app, int& exit_code) {
     command->add_option("--samples", options->samples, "samples each way")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
-    command->add_option("--tolerance", options->tolerance,
-                        "look one by one at A's sharp curves that are longer than 100 times this: "
-                        "0.05mm, 0.002in, or 1e-4rel (of A's diagonal)");
+    command->add_option(
+        "--tolerance", options->tolerance,
+        fmt::format("largest deviation both ways, else the exit code is 3; A's sharp curves that "
+                    "are longer than 100 times this have to be kept: {}",
+                    length_help));
     add_input_options(*command, options->read);
     add_common_options(*command, options->common, true);
-    command->callback([options, &exit_code] { exit_code = compare(*options); });
+    command->callback([options, &exit_code] { exit_code = compare_files(*options); });
 }
 
 }  // namespace patchwright::cli

@@ -1,7 +1,9 @@
-#include "output.h"
+#include "options.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/subd/normal_control.h>
+
+#include <fmt/format.h>
 
 #include <memory>
 
@@ -18,22 +20,35 @@ struct ExportOptions {
 };
 
 int export_cage(const ExportOptions& options) {
+    occ::file_format(options.output.file);  // refuses an unknown extension before the work
     const auto cage_unit = base::parse_length_unit(options.cage_unit);
-    if (options.output.colour == "deviation") {
+    if (options.output.shape.colouring == convert::Colouring::Deviation) {
         throw base::InvalidArgument(
             "--color deviation needs an input to deviate from; use convert, or --color kind");
     }
-    const base::Length tolerance = base::parse_length(options.tolerance);
+    base::parse_length(options.tolerance);
     Run run(options.common);
-    run.report.unit =
-        options.output.unit == "input" ? cage_unit : base::parse_length_unit(options.output.unit);
+    run.report.unit = output_unit(options.output, cage_unit);
     const mesh::Cage cage = read_cage(run, options.cage, cage_unit);
     run.end_stage("read");
-    write_patches(run, subd::control_normals(cage), options.output, run.report.unit,
-                  tolerance.in_millimetres(geom::bounding_box(cage.points).diagonal()));
+    convert::ShapeOptions making = options.output.shape;
+    making.write.unit = run.report.unit;
+    const double tolerance =
+        length_mm(options.tolerance, geom::bounding_box(cage.points).diagonal());
+    const convert::Shape shape =
+        convert::make_shape(subd::control_normals(cage), making, {tolerance, tolerance});
+    run.end_stage("patch");
+    const occ::CadModel written =
+        convert::write_and_read_back(shape, options.output.file, making.write);
+    run.end_stage("write");
+    const convert::ShapeFigures figures =
+        convert::inspect_shape(shape, written, options.output.file, run.progress());
+    run.report.patches = shape.patches;
+    run.report.solid = figures.solid;
+    run.report.continuity = figures.continuity;
+    run.report.verdict = measure::assess(convert::verdict_figures(figures, shape.closed));
     run.end_stage("check");
-    run.finish();
-    return Done;
+    return run.finish();
 }
 
 }  // namespace
@@ -46,8 +61,9 @@ void register_export(CLI::App& app, int& exit_code) {
         ->capture_default_str();
     command
         ->add_option("--tolerance", options->tolerance,
-                     "largest distance from the limit surface, which is exact away from "
-                     "extraordinary vertices: 0.05mm, 0.002in, or 1e-4rel (of the diagonal)")
+                     fmt::format("largest distance from the limit surface, which is exact away "
+                                 "from extraordinary vertices: {}",
+                                 length_help))
         ->capture_default_str();
     add_output_options(*command, options->output);
     add_common_options(*command, options->common, true);

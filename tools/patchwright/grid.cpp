@@ -4,6 +4,7 @@
 #include <patchwright/base/error.h>
 #include <patchwright/grid/layers.h>
 #include <patchwright/grid/write.h>
+#include <patchwright/measure/verdict.h>
 #include <patchwright/subd/normal_control.h>
 
 #include <fmt/format.h>
@@ -114,17 +115,15 @@ int make_grid(const GridOptions& options) {
         const grid::LayerGrid volume(plan, layers);
         run.end_stage("layers");
         quality = grid::write_grid(volume, options.output, write);
-        if (quality.negative > 0) {
-            run.notice(fmt::format("{} cells have negative volumes; use thinner layers",
-                                   quality.negative));
-        }
     } else {
         quality = grid::write_grid(grid::SurfaceGrid(plan), options.output, write);
     }
     run.report.grid = report::GridFigures{options.output, quality};
+    run.report.verdict = measure::assess(
+        {.bad_grid_cells = measure::Failures{int(quality.folded + quality.negative), {}},
+         .is_grid = true});
     run.end_stage("write");
-    run.finish();
-    return quality.negative > 0 ? ToleranceMissed : Done;
+    return run.finish();
 }
 
 }  // namespace

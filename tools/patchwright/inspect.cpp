@@ -1,4 +1,4 @@
-#include "input.h"
+#include "options.h"
 
 #include <patchwright/geom/mesh_figures.h>
 #include <patchwright/occ/inspect_closely.h>
@@ -18,7 +18,7 @@ struct InspectOptions {
     bool no_heal = false;
 };
 
-report::DetailFigures detail_figures(const Input& input, const occ::CloseInspection& i) {
+report::DetailFigures detail_figures(const convert::Source& input, const occ::CloseInspection& i) {
     return {.smallest_face = i.smallest_face,
             .narrowest_face = i.narrowest_face,
             .smallest_area = i.smallest_area_mm2,
@@ -49,7 +49,7 @@ report::DetailFigures detail_figures(const Input& input, const occ::CloseInspect
             .faces_turned = input.read.faces_turned};
 }
 
-report::DetailFigures mesh_details(const Input& input) {
+report::DetailFigures mesh_details(const convert::Source& input) {
     const geom::MeshFigures m = geom::measure_mesh(input.mesh->mesh(), input.figures.closed);
     const geom::Features& features = input.mesh->features();
     const auto curves = [&](geom::FeatureKind kind) {
@@ -81,18 +81,16 @@ report::DetailFigures mesh_details(const Input& input) {
 
 int inspect(const InspectOptions& options) {
     Run run(options.common);
-    InputOptions read = options.read;
-    read.heal = !options.no_heal;
-    const Input input = read_input(run, options.file, read);
+    const convert::Source input =
+        read_source(run, options.file, options.read, !options.no_heal, false);
     run.report.solid = input.figures;
     occ::CloseInspectionOptions closely{.progress = run.progress()};
-    if (read.sharp_angle_deg > 0.0) closely.sharp_angle_rad = read.sharp_angle_deg * M_PI / 180.0;
+    if (input.options.sharp_angle_rad) closely.sharp_angle_rad = *input.options.sharp_angle_rad;
     run.report.details = input.mesh
                              ? mesh_details(input)
                              : detail_figures(input, occ::inspect_closely(*input.model, closely));
     run.end_stage("check");
-    run.finish();
-    return Done;
+    return run.finish();
 }
 
 }  // namespace

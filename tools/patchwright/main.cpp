@@ -28,9 +28,10 @@ int run(int argc, char** argv) {
     app.set_version_flag("--version", "patchwright " + std::string(base::version()));
     app.require_subcommand(1);
     app.footer(
-        "Exit codes: 0 done and tolerance met, 1 usage, 2 input unreadable or unusable, 3 written "
-        "but the\n"
-        "tolerance was missed, 4 output could not be written, 5 internal error, 130 interrupted.");
+        "Exit codes: 0 done and the verdict is met, 1 usage, 2 input unreadable or unusable, 3 the "
+        "verdict is\n"
+        "not met (tolerance, validity, folds, lost curves or bodies, time limit), 4 output could "
+        "not be\nwritten, 5 internal error, 130 interrupted.");
     int exit_code = Done;
     register_convert(app, exit_code);
     register_cage(app, exit_code);
@@ -54,6 +55,10 @@ int run(int argc, char** argv) {
         return fail(BadInput, error.what());
     } catch (const base::OutputError& error) {
         return fail(NotWritten, error.what());
+    } catch (const base::TimeLimitReached&) {
+        return fail(VerdictMissed,
+                    "MISSED: the time limit was reached before there was a first result, and "
+                    "nothing was written; try a longer --time-limit or a coarser --tolerance");
     } catch (const base::Cancelled&) {
         return fail(130, "interrupted; nothing was written");
     } catch (const std::bad_alloc&) {

@@ -33,8 +33,7 @@ int subdivide(const SubdivideOptions& options) {
     write_cage(fine, options.output, base::LengthUnit::Millimetre);
     run.report.cage = mesh::summarise(*fine.topology);
     run.end_stage("write");
-    run.finish();
-    return Done;
+    return run.finish();
 }
 
 }  // namespace

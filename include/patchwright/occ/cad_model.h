@@ -103,6 +103,7 @@ enum class StepSchema { Ap203, Ap214, Ap242 };
 struct WriteOptions {
     base::LengthUnit unit = base::LengthUnit::Millimetre;
     StepSchema schema = StepSchema::Ap214;
+    std::optional<std::string> name;  ///< of the model inside the file; none: the file's
     bool time_stamp = false;  ///< the clock's time instead of a fixed one, in formats that have one
 };
 

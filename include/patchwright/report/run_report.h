@@ -6,6 +6,7 @@
 #include <patchwright/grid/quality.h>
 #include <patchwright/measure/deviation_statistics.h>
 #include <patchwright/measure/fairness.h>
+#include <patchwright/measure/verdict.h>
 #include <patchwright/mesh/cage.h>
 #include <patchwright/patch/continuity.h>
 #include <patchwright/patch/extract.h>
@@ -32,7 +33,6 @@ struct InputFigures {
 
 struct FitFigures {
     double tolerance = 0.0;
-    bool met = false;
     int best_level = 0;                ///< the one that was taken, from 0
     std::optional<int> symmetry_axis;  ///< of the symmetry plane that was kept: 0, 1 or 2
     measure::Fairness before, after;
@@ -109,6 +109,7 @@ struct GridFigures {
 /// Sections that do not apply to a run stay empty and are left out of what is written.
 struct RunReport {
     base::LengthUnit unit = base::LengthUnit::Millimetre;  ///< of all lengths as written
+    std::optional<measure::Verdict> verdict;               ///< first and last in the text
     std::optional<InputFigures> input;
     std::optional<mesh::CageSummary> cage;
     /// Of a made cage, one line a body: what it was recognised as, or why it was remeshed.

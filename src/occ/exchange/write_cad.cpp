@@ -136,7 +136,7 @@ double smallest_knot_step(const CadModel& model) {
 void write_step(const CadModel& model, const Path& target, const Path& temporary,
                 const WriteOptions& options) {
     ExchangeSession session;
-    const std::string name = target.stem().string();
+    const std::string name = options.name.value_or(target.stem().string());
     session.set("write.step.schema", kernel_schema(options.schema));
     session.set("write.step.unit", kernel_unit(options.unit));
     session.set("write.step.product.name", name);
@@ -183,9 +183,10 @@ void write_iges(const CadModel& model, const Path& target, const Path& temporary
     writer.ComputeModel();
     const Signature signature(options.time_stamp);
     IGESData_GlobalSection global = writer.Model()->GlobalSection();
-    global.SetSendName(kernel_string(target.stem().string()));
-    global.SetReceiveName(kernel_string(target.stem().string()));
-    global.SetFileName(kernel_string(target.filename().string()));
+    const std::string name = options.name.value_or(target.stem().string());
+    global.SetSendName(kernel_string(name));
+    global.SetReceiveName(kernel_string(name));
+    global.SetFileName(kernel_string(name + target.extension().string()));
     global.SetSystemId(kernel_string(signature.system));
     global.SetInterfaceVersion(kernel_string(signature.system));
     global.SetDate(kernel_string(signature.iges_time));

@@ -1,10 +1,12 @@
-#include "describe_patches.h"
+#include "convert/describe_patches.h"
+
+#include <patchwright/base/error.h>
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-namespace patchwright::cli {
+namespace patchwright::convert {
 
 namespace {
 
@@ -38,18 +40,21 @@ patch::Colour scale_colour(double share) {
 
 }  // namespace
 
-void describe_patches(patch::PatchSet& set, const std::string& colour,
+void describe_patches(patch::PatchSet& set, Colouring colouring,
                       const geom::ReferenceSurface* source, double tolerance_mm) {
+    if (colouring == Colouring::Deviation && source == nullptr)
+        throw base::InvalidArgument("colours by deviation need an input to deviate from");
     for (patch::Patch& patch : set.patches) {
         if (source != nullptr) {
             const int face = source->foot_point(inner_point(patch.surface, 0, 0, 1)).face;
             patch.name = fmt::format("source face {}/{}", face, patch.name);
         }
-        if (colour == "kind") patch.colour = patch.has_cap ? cap_colour : regular_colour;
-        if (colour == "deviation") {
+        if (colouring == Colouring::Kind)
+            patch.colour = patch.has_cap ? cap_colour : regular_colour;
+        if (colouring == Colouring::Deviation) {
             patch.colour = scale_colour(largest_deviation(patch.surface, *source) / tolerance_mm);
         }
     }
 }
 
-}  // namespace patchwright::cli
+}  // namespace patchwright::convert

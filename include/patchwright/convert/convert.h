@@ -1,0 +1,105 @@
+// Converts a model to a few smooth patches that form one solid, and says how good they are.
+#pragma once
+
+#include <patchwright/base/budget.h>
+#include <patchwright/base/pending_file.h>
+#include <patchwright/cage/make_cage.h>
+#include <patchwright/convert/shape.h>
+#include <patchwright/convert/source.h>
+#include <patchwright/fit/fit.h>
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace patchwright::convert {
+
+struct ConvertOptions {
+    double tolerance_mm = 0.1;  ///< of the two-sided deviation of the written file
+    /// The cage to be fitted; none: cages are made from the model.
+    std::optional<mesh::Cage> cage;
+    cage::Method method = cage::Method::Auto;  ///< of made cages
+    std::optional<int> target_faces;           ///< of made cages, about
+    fit::Refinement refinement = fit::Refinement::Local;
+    fit::Symmetry symmetry = fit::Symmetry::Detect;
+    std::optional<int> max_levels;  ///< of the fit; none: as the kind of cage asks for
+    ShapeOptions shape;
+    int samples = 20000;  ///< of the check, each way
+};
+
+/// What a made cage is like.
+enum class CageKind {
+    Given,     ///< by the user
+    Sections,  ///< along the lines of recognised wings, blades and bodies around an axis
+    Blocks,    ///< four-sided blocks along faces
+    Remeshed   ///< even triangles paired to quads
+};
+
+/// What an attempt does. Two plans whose cages are the same share the cage.
+struct Plan {
+    cage::CageOptions cage;  ///< of a made one
+    bool given = false;      ///< the user's cage in place of a made one
+    /// Keep the form of the cage's lines; see fit::FitOptions.
+    bool preserve_parametrisation = true;
+
+    [[nodiscard]] bool same_cage(const Plan& other) const;
+};
+
+/// One cage, fitted, and what came of it.
+struct Attempt {
+    Plan plan;
+    CageKind kind = CageKind::Given;
+    mesh::Cage cage;                  ///< before the fit
+    std::vector<std::string> layout;  ///< one line a body: what it was recognised as
+    mesh::Cage fitted;
+    bool stopped_by_time_limit = false;  ///< its fit
+    report::FitFigures fit;
+    report::PatchFigures patches;
+    ShapeFigures shape;
+    report::DeviationFigures deviation;
+    measure::FoldFigures folds;
+    measure::Verdict verdict;
+    /// The file beside its final name, read back and measured; none: could not win, and its figures
+    /// are those of the model in memory.
+    std::shared_ptr<base::PendingFile> file;
+    std::shared_ptr<const occ::CadReference> output;
+};
+
+struct Conversion {
+    std::vector<Attempt> attempts;    ///< in order
+    std::optional<std::size_t> kept;  ///< the best one; none when the time limit came first
+    bool time_limit_reached = false;
+    std::vector<std::pair<std::string, double>> seconds;  ///< stage, in order
+    std::vector<std::string> notices;                     ///< one line each, for the user
+};
+
+/// The verdict on an attempt, from its figures and the source's.
+measure::Verdict assess(const Attempt& attempt, const Source& source, double tolerance_mm);
+
+/// What to try next: nothing once an attempt is met, with a given cage, or when nothing that is
+/// left to try can be expected to be better.
+std::optional<Plan> choose_next(const std::vector<Attempt>& attempts, const ConvertOptions& options,
+                                double diagonal_mm);
+
+/// The best attempt; the first of equal ones.
+std::optional<std::size_t> choose_best(const std::vector<Attempt>& attempts);
+
+/// Makes attempts until one is met, none is left, or the budget is used up, and writes the best one
+/// to `output`. Missing the tolerance is a verdict, not an error. Where the budget is not used up,
+/// the bytes written do not depend on time or on the number of threads.
+/// @throw InputError when no cage can be made
+/// @throw OutputError when `output` cannot be written; an older file stays as it was
+/// @throw Cancelled when the budget's callback says so
+Conversion convert(const Source& source, const std::filesystem::path& output,
+                   const ConvertOptions& options, const base::Budget& budget = base::Budget());
+
+/// One cage, given or made, and fitted: the only attempt, without a shape or a file. Its verdict is
+/// on the distances that the fit's own samples see.
+/// @throw TimeLimitReached when no level of the fit was completed, else as convert()
+Conversion fit_only(const Source& source, const ConvertOptions& options,
+                    const base::Budget& budget = base::Budget());
+
+}  // namespace patchwright::convert

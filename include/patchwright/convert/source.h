@@ -1,0 +1,49 @@
+// The model that is converted: a CAD file or triangles, as read.
+#pragma once
+
+#include <patchwright/geom/mesh_reference.h>
+#include <patchwright/occ/cad_reference.h>
+#include <patchwright/report/run_report.h>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace patchwright::convert {
+
+struct SourceOptions {
+    std::optional<base::LengthUnit> unit;   ///< overrides what the file says; triangles: else mm
+    bool heal = true;                       ///< CAD: sew loose faces, turn faces outward
+    std::optional<double> sharp_angle_rad;  ///< none: 20 degrees, for triangles 35
+    bool with_surface = true;               ///< make the reference surface of a CAD model
+    base::Progress progress;
+};
+
+/// What a file holds. Lengths are millimetres whatever the file's unit.
+struct Source {
+    std::optional<occ::CadModel> model;               ///< none for triangles
+    std::shared_ptr<const geom::MeshReference> mesh;  ///< none for CAD models
+    std::shared_ptr<const occ::CadReference> cad;     ///< of `model`, if asked for
+    report::InputFigures input;
+    report::SolidFigures figures;
+    int bodies = 0;           ///< faces that hang together
+    occ::ReadReport read;     ///< of CAD models
+    geom::MeshRepair repair;  ///< of triangles
+    SourceOptions options;
+    std::vector<std::string> notices;  ///< one line each, for the user
+
+    /// @pre made with a surface
+    [[nodiscard]] const geom::ModelSurface& surface() const;
+};
+
+/// Reads STEP, IGES, BREP, STL or triangles in OBJ.
+/// @throw InputError when the file cannot be read or holds no faces
+/// @throw Cancelled, TimeLimitReached from the progress callback
+Source read_source(const std::filesystem::path& file, const SourceOptions& options = {});
+
+/// What a model holds, as reports tell it.
+report::SolidFigures solid_figures(const std::string& file, const occ::CadModel& model);
+
+}  // namespace patchwright::convert

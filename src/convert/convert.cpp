@@ -1,0 +1,271 @@
+#include <patchwright/base/error.h>
+#include <patchwright/cage/bodies.h>
+#include <patchwright/convert/convert.h>
+#include <patchwright/fit/fit_parts.h>
+#include <patchwright/mesh/parts.h>
+#include <patchwright/occ/inspect_closely.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+namespace patchwright::convert {
+
+namespace {
+
+/// Of the tolerance, for caps at extraordinary vertices and for what lies between the fit's
+/// samples; the rest is for the fit.
+constexpr double caps_share = 0.05;
+/// A cage of less or more than this times the model's size is likely to be in another unit.
+constexpr double least_cage_size = 0.5, largest_cage_size = 2.0;
+
+/// How far fits of made cages grow: a cage that is too coarse by more is better made anew.
+struct Growth {
+    int levels, vertices;
+};
+
+Growth growth_of(CageKind kind, int faces) {
+    constexpr Growth any{12, 200000};
+    switch (kind) {
+        case CageKind::Given:
+        case CageKind::Sections: return any;
+        // Coarse, and refined in single strips: up to twelve vertices a face and some to begin
+        // with.
+        case CageKind::Blocks: return {5, std::min(40000, 2000 + 12 * faces)};
+        // Even faces of the size that the shape asks for: two levels are 16 times as many.
+        case CageKind::Remeshed: return {2, 40000};
+    }
+    return any;
+}
+
+/// What a run of attempts shares.
+class Run {
+  public:
+    Run(const Source& source, const std::filesystem::path& output, const ConvertOptions& options,
+        const base::Budget& budget)
+        : source_(source), output_(output), options_(options), budget_(budget) {}
+
+    /// @throw TimeLimitReached when no level of the fit was completed
+    Attempt fitted(const Plan& plan, const std::vector<Attempt>& attempts = {}) {
+        Attempt attempt{.plan = plan};
+        make_cage(attempt, attempts);
+        end_stage("layout");
+        fit(attempt);
+        end_stage("fit");
+        return attempt;
+    }
+
+    /// @throw TimeLimitReached as fitted()
+    Attempt carry_out(const Plan& plan, const std::vector<Attempt>& attempts) {
+        Attempt attempt = fitted(plan, attempts);
+        make_and_measure(attempt, attempts);
+        attempt.verdict = assess(attempt, source_, options_.tolerance_mm);
+        return attempt;
+    }
+
+    void end_stage(const std::string& name) {
+        const auto now = std::chrono::steady_clock::now();
+        const double seconds = std::chrono::duration<double>(now - stage_start_).count();
+        auto& all = result.seconds;
+        const auto known = std::find_if(all.begin(), all.end(),
+                                        [&](const auto& stage) { return stage.first == name; });
+        if (known == all.end())
+            all.emplace_back(name, seconds);
+        else
+            known->second += seconds;
+        stage_start_ = now;
+    }
+
+    Conversion result;
+
+  private:
+    [[nodiscard]] const geom::ModelSurface& surface() const { return source_.surface(); }
+    [[nodiscard]] double diagonal() const { return surface().bounds().diagonal(); }
+    void notice(std::string text) {
+        auto& all = result.notices;
+        if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(std::move(text));
+    }
+
+    void make_cage(Attempt& attempt, const std::vector<Attempt>& attempts) {
+        const Plan& plan = attempt.plan;
+        if (plan.given) {
+            attempt.cage = *options_.cage;
+            const double ratio = geom::bounding_box(attempt.cage.points).diagonal() / diagonal();
+            if (ratio < least_cage_size || ratio > largest_cage_size)
+                notice(
+                    fmt::format("the cage is {:.3g} times as large as the model; if its unit is "
+                                "another one, pass --cage-unit",
+                                ratio));
+            return;
+        }
+        if (!attempts.empty() && attempts.back().plan.same_cage(plan)) {
+            attempt.kind = attempts.back().kind;
+            attempt.cage = attempts.back().cage;
+            attempt.layout = attempts.back().layout;
+            return;
+        }
+        cage::CageOptions making = plan.cage;
+        making.progress = budget_.limited();
+        cage::CageResult made = cage::make_cage(surface(), making);
+        for (std::string& text : made.notices) notice(std::move(text));
+        attempt.kind = made.method == cage::Method::Remesh ? CageKind::Remeshed
+                       : made.from_faces                   ? CageKind::Blocks
+                                                           : CageKind::Sections;
+        // Blocks and remeshed faces have the form they happen to have.
+        if (attempt.kind != CageKind::Sections) attempt.plan.preserve_parametrisation = false;
+        attempt.cage = std::move(made.cage);
+        attempt.layout = std::move(made.layout);
+    }
+
+    void fit(Attempt& attempt) {
+        const Growth growth = growth_of(attempt.kind, attempt.cage.topology->face_count());
+        fit::FitOptions fitting{.tolerance_mm = (1.0 - caps_share) * options_.tolerance_mm,
+                                .refinement = options_.refinement,
+                                .max_levels = options_.max_levels.value_or(growth.levels),
+                                .max_vertices = growth.vertices,
+                                .preserve_parametrisation = attempt.plan.preserve_parametrisation,
+                                .symmetry = options_.symmetry,
+                                .progress = budget_.limited()};
+        // Another cage may serve better than levels that gain nothing.
+        if (attempt.kind != CageKind::Given) fitting.max_idle_levels = 2;
+        std::optional<fit::FitResult> of_parts;
+        if (attempt.kind != CageKind::Given) of_parts = fit_by_parts(attempt.cage, fitting);
+        fit::FitResult fitted =
+            of_parts ? std::move(*of_parts) : fit::fit(attempt.cage, surface(), fitting);
+        if (fitted.faces_away)
+            notice(
+                "the cage faces the other way than the model; it was fitted so, and so does the "
+                "result (reverse the order of the vertices of its faces to turn it)");
+        attempt.stopped_by_time_limit = fitted.stopped_by_time_limit;
+        attempt.fit = {.tolerance = options_.tolerance_mm,
+                       .best_level = fitted.best_level,
+                       .symmetry_axis = fitted.symmetry_axis,
+                       .before = measure::measure_fairness(attempt.cage),
+                       .after = measure::measure_fairness(fitted.cage),
+                       .levels = std::move(fitted.levels)};
+        attempt.fitted = std::move(fitted.cage);
+    }
+
+    /// Each part of the cage to its own body; nothing where there is one body only, or parts lie on
+    /// none of them alone: of the whole model such a part would be drawn to what others are for.
+    std::optional<fit::FitResult> fit_by_parts(const mesh::Cage& cage,
+                                               const fit::FitOptions& options) {
+        if (source_.bodies < 2 || !source_.model) return std::nullopt;
+        if (!bodies_) bodies_ = make_bodies();
+        const auto parts = mesh::connected_parts(cage);
+        const auto references = cage::references_of_parts(parts, *bodies_, surface());
+        if (std::find(references.begin(), references.end(), &surface()) != references.end())
+            return std::nullopt;
+        fit::PartsFit fitted = fit::fit_parts(parts, references, options, known_parts_);
+        std::move(fitted.parts.begin(), fitted.parts.end(), std::back_inserter(known_parts_));
+        return std::move(fitted.whole);
+    }
+
+    [[nodiscard]] std::vector<geom::BodyReference> make_bodies() const {
+        occ::ReferenceOptions reference{.progress = budget_.limited()};
+        if (source_.options.sharp_angle_rad)
+            reference.sharp_angle_rad = *source_.options.sharp_angle_rad;
+        return occ::body_references(*source_.model, reference);
+    }
+
+    /// Whether an attempt may become the best one, as far as its fit tells.
+    [[nodiscard]] bool may_win(const Attempt& attempt, const std::vector<Attempt>& attempts) const {
+        const auto best = choose_best(attempts);
+        if (!best) return true;
+        // No verdict is better than one that misses nothing but what the fit has missed.
+        const auto& fitted = attempt.fit.levels[std::size_t(attempt.fit.best_level)];
+        const measure::Verdict at_best =
+            measure::assess({.tolerance_mm = options_.tolerance_mm,
+                             .diagonal_mm = source_.input.diagonal,
+                             .output_to_input_mm = measure::Worst{fitted.largest(), {}}});
+        return measure::better(at_best, attempts[*best].verdict);
+    }
+
+    void make_and_measure(Attempt& attempt, const std::vector<Attempt>& attempts) {
+        const base::Progress progress = budget_.unlimited();
+        const double tolerance = options_.tolerance_mm;
+        const Shape shape = make_shape(attempt.fitted, options_.shape,
+                                       {caps_share * tolerance, tolerance}, &surface());
+        end_stage("patch");
+        std::optional<occ::CadModel> written;
+        if (may_win(attempt, attempts)) {
+            attempt.file = std::make_shared<base::PendingFile>(output_);
+            occ::WriteOptions writing = options_.shape.write;
+            if (!writing.name) writing.name = output_.stem().string();
+            written = write_and_read_back(shape, attempt.file->path(), writing);
+            end_stage("write");
+        }
+        const occ::CadModel& model = written ? *written : shape.model;
+        attempt.patches = shape.patches;
+        attempt.shape = inspect_shape(shape, model, output_.string(), progress);
+        attempt.output = std::make_shared<const occ::CadReference>(model);
+        attempt.deviation =
+            compare(*attempt.output, surface(), options_.samples, tolerance, progress);
+        attempt.folds = measure::find_folds(measure::sample_surfaces(shape.surfaces), surface(),
+                                            {.tolerance_mm = tolerance,
+                                             .creases = shape.creases,
+                                             .may_face_away = !source_.figures.closed,
+                                             .progress = progress});
+        end_stage("check");
+    }
+
+    const Source& source_;
+    std::filesystem::path output_;
+    const ConvertOptions& options_;
+    const base::Budget& budget_;
+    std::optional<std::vector<geom::BodyReference>> bodies_;
+    std::vector<fit::PartFit> known_parts_;
+    std::chrono::steady_clock::time_point stage_start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+Conversion convert(const Source& source, const std::filesystem::path& output,
+                   const ConvertOptions& options, const base::Budget& budget) {
+    // Refuses what cannot be written before the work.
+    occ::file_format(output);
+    const base::PendingFile probe(output);
+    const double diagonal = source.surface().bounds().diagonal();
+    Run run(source, output, options, budget);
+    std::vector<Attempt> attempts;
+    try {
+        while (const std::optional<Plan> plan = choose_next(attempts, options, diagonal)) {
+            attempts.push_back(run.carry_out(*plan, attempts));
+            const auto best = choose_best(attempts);
+            for (std::size_t i = 0; i < attempts.size(); ++i)
+                if (i != best) attempts[i].file.reset();
+            if (budget.is_used_up() && !attempts.back().verdict.met())
+                throw base::TimeLimitReached();
+        }
+    } catch (const base::TimeLimitReached&) {
+        run.result.time_limit_reached = true;
+    }
+    Conversion& result = run.result;
+    result.attempts = std::move(attempts);
+    result.kept = choose_best(result.attempts);
+    if (result.kept) {
+        Attempt& best = result.attempts[*result.kept];
+        add_bounds(best.deviation, *best.output, source.surface(), budget.unlimited());
+        best.file->commit();
+        run.end_stage("check");
+    }
+    return std::move(result);
+}
+
+Conversion fit_only(const Source& source, const ConvertOptions& options,
+                    const base::Budget& budget) {
+    Run run(source, {}, options, budget);
+    const double diagonal = source.surface().bounds().diagonal();
+    Attempt attempt = run.fitted(*choose_next({}, options, diagonal));
+    measure::VerdictFigures figures{.tolerance_mm = options.tolerance_mm,
+                                    .diagonal_mm = diagonal,
+                                    .stopped_by_time_limit = attempt.stopped_by_time_limit};
+    add_fit(figures, attempt.fit);
+    attempt.verdict = measure::assess(figures);
+    run.result.attempts.push_back(std::move(attempt));
+    run.result.kept = 0;
+    return std::move(run.result);
+}
+
+}  // namespace patchwright::convert

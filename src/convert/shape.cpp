@@ -1,0 +1,147 @@
+#include "convert/describe_patches.h"
+
+#include <patchwright/convert/shape.h>
+#include <patchwright/convert/source.h>
+#include <patchwright/measure/deviation.h>
+#include <patchwright/occ/assemble.h>
+#include <patchwright/occ/inspect.h>
+
+#include <algorithm>
+
+namespace patchwright::convert {
+
+namespace {
+
+/// Along an edge, for gaps and kinks: a dozen a cage face of a long chart's side.
+constexpr int continuity_samples = 33;
+
+/// A sharp curve of the input is long, and has to be kept, above so many tolerances.
+constexpr double long_in_tolerances = 100.0;
+
+report::DeviationFigures::LongSharpCurves long_sharp_curves(const geom::ModelSurface& output,
+                                                            const geom::ModelSurface& input,
+                                                            double tolerance_mm) {
+    report::DeviationFigures::LongSharpCurves result{
+        .longer_than = long_in_tolerances * tolerance_mm, .tolerance = tolerance_mm};
+    for (const auto& c : measure::measure_sharp_curves(input, output, result.longer_than)) {
+        ++result.count;
+        if (c.distance > tolerance_mm) result.missed.push_back({c.length, c.distance, c.at});
+    }
+    std::stable_sort(result.missed.begin(), result.missed.end(),
+                     [](const auto& a, const auto& b) { return a.distance > b.distance; });
+    return result;
+}
+
+}  // namespace
+
+Shape make_shape(const mesh::Cage& cage, const ShapeOptions& options, ShapeTolerance tolerance,
+                 const geom::ReferenceSurface* source) {
+    patch::Extraction extraction = patch::extract(cage, {.join = options.join,
+                                                         .covering = options.covering,
+                                                         .tolerance_mm = tolerance.caps_mm,
+                                                         .cap_depth = options.cap_depth});
+    describe_patches(extraction.patches, options.colouring, source, tolerance.whole_mm);
+    Shape shape{
+        .model = occ::assemble(extraction.patches),
+        .patches = {.count = static_cast<int>(extraction.patches.patches.size()),
+                    .continuity = options.join == patch::Join::G1 ? "g1" : "refined",
+                    .covering = options.covering == patch::Covering::Charts ? "charts" : "faces",
+                    .caps = extraction.caps},
+        .crease_points = patch::crease_midpoints(extraction.patches),
+        .singular_points = patch::singular_points(extraction),
+        .closed = mesh::summarise(*cage.topology).boundary_edges == 0,
+        .tolerance_mm = tolerance.whole_mm};
+    for (patch::Patch& patch : extraction.patches.patches) {
+        shape.patches.control_points += static_cast<int>(patch.surface.points.rows());
+        shape.surfaces.push_back(std::move(patch.surface));
+    }
+    for (patch::PatchEdge& edge : extraction.patches.edges)
+        if (edge.crease) shape.creases.push_back(std::move(edge.curve));
+    return shape;
+}
+
+occ::CadModel write_and_read_back(const Shape& shape, const std::filesystem::path& file,
+                                  const occ::WriteOptions& options) {
+    occ::write_cad(shape.model, file, options);
+    return occ::read_cad(file, {.heal = false}).model;
+}
+
+ShapeFigures inspect_shape(const Shape& shape, const occ::CadModel& model, const std::string& file,
+                           const base::Progress& progress) {
+    return {.solid = solid_figures(file, model),
+            .continuity = occ::measure_continuity(model, shape.crease_points,
+                                                  {.samples_per_edge = continuity_samples,
+                                                   .singular_points = shape.singular_points,
+                                                   .singular_distance_mm = shape.tolerance_mm}),
+            .self_intersections =
+                measure::find_self_intersections(shape.surfaces, shape.tolerance_mm, progress),
+            .bodies = static_cast<int>(occ::connected_faces(model).size())};
+}
+
+measure::VerdictFigures verdict_figures(const ShapeFigures& figures, bool closed) {
+    const report::SolidFigures& solid = figures.solid;
+    measure::VerdictFigures result{
+        .diagonal_mm = solid.bounds.diagonal(),
+        .valid = solid.valid,
+        .bodies = figures.bodies,
+        .kink_rad = measure::Worst{figures.continuity.max_kink_rad, figures.continuity.kink_at},
+        .self_intersecting_faces = measure::Failures{int(figures.self_intersections.size()), {}},
+        .patches = solid.faces,
+        .closed = solid.closed};
+    if (!figures.self_intersections.empty())
+        result.self_intersecting_faces->at = figures.self_intersections.front().point;
+    if (closed) result.free_edges = solid.free_edges;
+    // Formats without solids give none back, and no volume.
+    if (solid.solids > 0) result.volume_mm3 = solid.volume;
+    return result;
+}
+
+report::DeviationFigures compare(const geom::ModelSurface& output, const geom::ModelSurface& input,
+                                 int samples, std::optional<double> tolerance_mm,
+                                 const base::Progress& progress) {
+    const measure::DeviationMeasure measure{
+        .samples = samples, .with_bound = false, .progress = progress};
+    const auto kind = geom::FeatureKind::Sharp;
+    const auto count = [&](const geom::ModelSurface& surface) {
+        const auto& curves = surface.features().curves;
+        return static_cast<int>(std::count_if(curves.begin(), curves.end(),
+                                              [&](const auto& c) { return c.kind == kind; }));
+    };
+    report::DeviationFigures figures{
+        .output_to_input = measure::measure_deviation(output, input, measure),
+        .input_to_output = measure::measure_deviation(input, output, measure),
+        .sharp_curves_input = count(input),
+        .sharp_curves_output = count(output),
+        .sharp_output_to_input = measure::measure_feature_deviation(output, input, kind),
+        .sharp_input_to_output = measure::measure_feature_deviation(input, output, kind)};
+    if (tolerance_mm) figures.long_sharp = long_sharp_curves(output, input, *tolerance_mm);
+    return figures;
+}
+
+void add_bounds(report::DeviationFigures& deviation, const geom::ModelSurface& output,
+                const geom::ModelSurface& input, const base::Progress& progress) {
+    measure::Deviation &out = deviation.output_to_input, &back = deviation.input_to_output;
+    out.bound = measure::measure_bound(output, input, out.max, progress);
+    back.bound = measure::measure_bound(input, output, back.max, progress);
+}
+
+void add_deviation(measure::VerdictFigures& figures, const report::DeviationFigures& deviation) {
+    const auto worst = [](const measure::Deviation& d) { return measure::Worst{d.max, d.at}; };
+    figures.output_to_input_mm = worst(deviation.output_to_input);
+    figures.input_to_output_mm = worst(deviation.input_to_output);
+    if (!deviation.long_sharp) return;
+    const auto& missed = deviation.long_sharp->missed;
+    figures.lost_sharp_curves = measure::Failures{int(missed.size()), {}};
+    if (!missed.empty()) figures.lost_sharp_curves->at = missed.front().at;
+}
+
+void add_fit(measure::VerdictFigures& figures, const report::FitFigures& fit) {
+    const fit::FitLevel& best = fit.levels[std::size_t(fit.best_level)];
+    const auto raise = [](std::optional<measure::Worst>& worst, double value) {
+        if (!worst || value > worst->value) worst = measure::Worst{value, std::nullopt};
+    };
+    raise(figures.output_to_input_mm, std::max(best.max_mm, best.curve_max_mm));
+    raise(figures.input_to_output_mm, best.reverse_max_mm);
+}
+
+}  // namespace patchwright::convert

@@ -1,0 +1,134 @@
+#include <patchwright/convert/source.h>
+#include <patchwright/geom/mesh_figures.h>
+#include <patchwright/mesh/read_triangles.h>
+#include <patchwright/occ/inspect.h>
+
+#include <fmt/format.h>
+
+namespace patchwright::convert {
+
+namespace {
+
+/// Blades and wings are not that small or large, but files whose unit is wrong are.
+constexpr double small_mm = 300.0, large_mm = 300e3;
+
+Source read_model(const std::string& file, const SourceOptions& options) {
+    occ::ReadResult result = occ::read_cad(
+        file, {.unit = options.unit, .heal = options.heal, .progress = options.progress});
+    const occ::ReadReport& read = result.report;
+    Source source{.model = result.model,
+                  .figures = solid_figures(file, result.model),
+                  .bodies = static_cast<int>(occ::connected_faces(result.model).size()),
+                  .read = read,
+                  .options = options,
+                  .notices = read.notices};
+    const double diagonal = source.figures.bounds.diagonal();
+    if (!options.unit && (diagonal < small_mm || diagonal > large_mm)) {
+        source.notices.push_back(
+            fmt::format("{}: the model is {:.3g} m across by its unit, {}; if that is wrong, "
+                        "see --input-unit",
+                        file, 1e-3 * diagonal, base::short_name(read.unit)));
+    }
+    constexpr const char* formats[] = {"STEP", "IGES", "BREP"};
+    source.input = {.file = file,
+                    .format = formats[static_cast<int>(read.format)],
+                    .schema = read.schema,
+                    .originating_system = read.originating_system,
+                    .unit = read.unit,
+                    .solids = source.figures.solids,
+                    .faces = source.figures.faces,
+                    .free_edges = source.figures.free_edges,
+                    .diagonal = diagonal,
+                    .largest_gap_closed = read.largest_gap_mm,
+                    .sewing_tolerance = read.sewing_tolerance_mm};
+    if (!options.with_surface) return source;
+    occ::ReferenceOptions reference{.progress = options.progress};
+    if (options.sharp_angle_rad) reference.sharp_angle_rad = *options.sharp_angle_rad;
+    source.cad = std::make_shared<const occ::CadReference>(*source.model, reference);
+    return source;
+}
+
+report::SolidFigures mesh_figures(const std::string& file, const geom::MeshReference& reference,
+                                  const geom::MeshRepair& repair) {
+    const geom::TriangleMesh& mesh = reference.mesh();
+    const int count = static_cast<int>(mesh.triangles.size());
+    const bool closed = repair.free_sides == 0;
+    const geom::MeshFigures figures = geom::measure_mesh(mesh, closed);
+    return {.file = file,
+            .solids = repair.closed_bodies - repair.hollows,
+            .shells_closed = repair.closed_bodies,
+            .shells_open = repair.bodies - repair.closed_bodies,
+            .faces = count,
+            .edges = figures.sides,
+            .vertices = static_cast<int>(mesh.points.rows()),
+            .free_edges = figures.free_sides,
+            .faces_by_kind = {{"triangle", count}},
+            .closed = closed,
+            .valid = true,
+            .volume = closed ? figures.volume : 0.0,
+            .area = figures.area,
+            .bounds = reference.bounds()};
+}
+
+Source read_mesh(const std::string& file, const SourceOptions& options) {
+    const base::LengthUnit unit = options.unit.value_or(base::LengthUnit::Millimetre);
+    mesh::TriangleFile result = mesh::read_triangles(file, base::millimetres_per(unit));
+    geom::MeshReferenceOptions reference;
+    if (options.sharp_angle_rad) reference.sharp_angle_rad = *options.sharp_angle_rad;
+    Source source{
+        .mesh = std::make_shared<const geom::MeshReference>(std::move(result.mesh), reference),
+        .bodies = result.repair.bodies,
+        .repair = result.repair,
+        .options = options,
+        .notices = result.notices};
+    source.figures = mesh_figures(file, *source.mesh, result.repair);
+    const double diagonal = source.mesh->bounds().diagonal();
+    if (!options.unit)
+        source.notices.push_back(fmt::format(
+            "{}: files of this kind hold no unit; read as mm it is {:.3g} m across; see "
+            "--input-unit",
+            file, 1e-3 * diagonal));
+    source.input = {.file = file,
+                    .format = result.format,
+                    .unit = unit,
+                    .solids = source.figures.solids,
+                    .faces = source.figures.faces,
+                    .free_edges = source.figures.free_edges,
+                    .diagonal = diagonal};
+    return source;
+}
+
+}  // namespace
+
+report::SolidFigures solid_figures(const std::string& file, const occ::CadModel& model) {
+    const occ::Inspection i = occ::inspect(model);
+    return {.file = file,
+            .solids = i.solids,
+            .shells_closed = i.shells_closed,
+            .shells_open = i.shells_open,
+            .faces = i.faces,
+            .edges = i.edges,
+            .vertices = i.vertices,
+            .free_edges = i.free_edges,
+            .nonmanifold_edges = i.nonmanifold_edges,
+            .faces_by_kind = i.faces_by_kind,
+            .closed = i.closed,
+            .valid = i.valid,
+            .all_bicubic = i.all_bicubic,
+            .volume = i.volume_mm3,
+            .area = i.area_mm2,
+            .max_tolerance = i.max_tolerance_mm,
+            .bounds = i.bounds};
+}
+
+const geom::ModelSurface& Source::surface() const {
+    if (mesh) return *mesh;
+    return *cad;
+}
+
+Source read_source(const std::filesystem::path& file, const SourceOptions& options) {
+    return mesh::is_triangle_file(file) ? read_mesh(file.string(), options)
+                                        : read_model(file.string(), options);
+}
+
+}  // namespace patchwright::convert

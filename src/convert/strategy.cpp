@@ -1,0 +1,164 @@
+#include <patchwright/convert/convert.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace patchwright::convert {
+
+namespace {
+
+/// A result that is farther off than so many tolerances has a cage of the wrong shape: finer lines
+/// of the same layout do not mend that.
+constexpr double far_off = 10.0;
+/// Another cage of the same kind is made while the last one reduced the worst excess at least so
+/// far; halved edges reduce it to a quarter or less where more control points are what is missing.
+constexpr double least_gain = 0.8;
+/// Blocks are made finer only up to so many faces: a layout of more is not simple any more.
+constexpr int few_faces = 500;
+/// Of the diagonal: balls around places that miss, in which a remeshed cage gets shorter edges.
+constexpr double ball_radius_rel = 0.04;
+/// Places count that have used up so much of the tolerance: their neighbourhood may miss.
+constexpr double nearly_missed = 0.8;
+
+double worst_excess(const Attempt& attempt) {
+    const measure::Condition* worst = attempt.verdict.worst();
+    return worst == nullptr ? 1.0 : measure::excess(*worst);
+}
+
+bool misses(const Attempt& attempt, measure::Requirement requirement) {
+    const auto& conditions = attempt.verdict.conditions;
+    return std::any_of(conditions.begin(), conditions.end(),
+                       [&](const auto& c) { return c.requirement == requirement && !c.met; });
+}
+
+/// The better one of the attempts with the last one's cage.
+const Attempt& best_of_last_cage(const std::vector<Attempt>& attempts) {
+    const Attempt* best = &attempts.back();
+    for (auto a = attempts.rbegin(); a != attempts.rend(); ++a) {
+        if (!a->plan.same_cage(attempts.back().plan)) break;
+        if (measure::better(a->verdict, best->verdict)) best = &*a;
+    }
+    return *best;
+}
+
+/// Whether the last cage is the first of its kind or came clearly nearer than those before it.
+bool gained(const std::vector<Attempt>& attempts) {
+    const Attempt& last = best_of_last_cage(attempts);
+    double before = std::numeric_limits<double>::infinity();
+    for (const Attempt& a : attempts)
+        if (a.kind == last.kind && !a.plan.same_cage(last.plan))
+            before = std::min(before, worst_excess(a));
+    return worst_excess(last) < least_gain * before;
+}
+
+/// Where an attempt misses or nearly does; no two within half a ball.
+std::vector<geom::Vec3> places_that_miss(const Attempt& attempt, const ConvertOptions& options,
+                                         double diagonal) {
+    std::vector<geom::Vec3> places;
+    const auto add = [&](const geom::Vec3& place) {
+        const auto near = [&](const geom::Vec3& other) {
+            return (other - place).norm() < 0.5 * ball_radius_rel * diagonal;
+        };
+        if (std::none_of(places.begin(), places.end(), near)) places.push_back(place);
+    };
+    for (const auto* way : {&attempt.deviation.output_to_input, &attempt.deviation.input_to_output})
+        for (const measure::DeviationPlace& place : way->worst)
+            if (place.distance > nearly_missed * options.tolerance_mm) add(place.point);
+    for (const measure::Condition& condition : attempt.verdict.conditions)
+        if (!condition.met && condition.at) add(*condition.at);
+    return places;
+}
+
+/// A remeshed cage with shorter edges around the places that miss; nothing when there are none.
+std::optional<Plan> finer_remeshed(const Attempt& last, const ConvertOptions& options,
+                                   double diagonal) {
+    Plan plan{.cage = last.plan.cage, .preserve_parametrisation = false};
+    plan.cage.method = cage::Method::Remesh;
+    const auto places = places_that_miss(last, options, diagonal);
+    if (places.empty()) return std::nullopt;
+    auto& balls = plan.cage.finer_at;
+    const int round = balls.empty() ? 0 : balls.back().round + 1;
+    for (const geom::Vec3& place : places)
+        balls.push_back({place, ball_radius_rel * diagonal, round});
+    return plan;
+}
+
+bool same_places(const std::vector<cage::CageOptions::Place>& a,
+                 const std::vector<cage::CageOptions::Place>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& p, const auto& q) {
+        return p.point == q.point && p.radius == q.radius && p.round == q.round;
+    });
+}
+
+}  // namespace
+
+bool Plan::same_cage(const Plan& other) const {
+    return given == other.given && cage.method == other.cage.method &&
+           cage.fineness == other.cage.fineness && same_places(cage.finer_at, other.cage.finer_at);
+}
+
+std::optional<Plan> choose_next(const std::vector<Attempt>& attempts, const ConvertOptions& options,
+                                double diagonal) {
+    if (attempts.empty()) {
+        Plan first{.given = options.cage.has_value()};
+        first.cage.method = options.method;
+        first.cage.target_faces = options.target_faces.value_or(0);
+        first.cage.tolerance_rel = options.tolerance_mm / diagonal;
+        return first;
+    }
+    const Attempt& last = attempts.back();
+    if (last.verdict.met() || options.cage) return std::nullopt;
+    // The form of a recognised shape's cage is worth keeping, but not at any price.
+    if (last.kind == CageKind::Sections && last.plan.preserve_parametrisation) {
+        Plan free = last.plan;
+        free.preserve_parametrisation = false;
+        return free;
+    }
+    const Attempt& best = best_of_last_cage(attempts);
+    Plan finer{.cage = last.plan.cage};
+    finer.cage.fineness *= 2.0;
+    Plan remeshed{.cage = last.plan.cage, .preserve_parametrisation = false};
+    remeshed.cage.method = cage::Method::Remesh;
+    remeshed.cage.fineness = 1.0;
+    const bool may_remesh = options.method == cage::Method::Auto;
+    switch (last.kind) {
+        case CageKind::Given: return std::nullopt;
+        case CageKind::Sections:
+            if (worst_excess(best) <= far_off && gained(attempts)) return finer;
+            return may_remesh ? std::optional(remeshed) : std::nullopt;
+        case CageKind::Blocks:
+            // Blocks that lose sharp curves or fold lack lines where the model has some.
+            if (!misses(best, measure::Requirement::SharpCurves) && gained(attempts) &&
+                last.cage.topology->face_count() < few_faces)
+                return finer;
+            return may_remesh ? std::optional(remeshed) : std::nullopt;
+        case CageKind::Remeshed:
+            return gained(attempts) ? finer_remeshed(best, options, diagonal) : std::nullopt;
+    }
+    return std::nullopt;
+}
+
+std::optional<std::size_t> choose_best(const std::vector<Attempt>& attempts) {
+    std::optional<std::size_t> best;
+    for (std::size_t i = 0; i < attempts.size(); ++i)
+        if (!best || measure::better(attempts[i].verdict, attempts[*best].verdict)) best = i;
+    return best;
+}
+
+measure::Verdict assess(const Attempt& attempt, const Source& source, double tolerance_mm) {
+    measure::VerdictFigures figures = verdict_figures(attempt.shape, source.figures.closed);
+    figures.tolerance_mm = tolerance_mm;
+    figures.diagonal_mm = source.input.diagonal;
+    figures.stopped_by_time_limit = attempt.stopped_by_time_limit;
+    add_deviation(figures, attempt.deviation);
+    // The fit looks at more points than the check: what it has found counts too.
+    add_fit(figures, attempt.fit);
+    // How often an open model is torn says little: its parts may be meant to be one.
+    if (source.figures.closed) figures.bodies_of_input = source.bodies;
+    const auto& fold = attempt.folds.worst;
+    figures.fold_rad = fold ? measure::Worst{fold->angle_rad, fold->point} : measure::Worst{};
+    figures.faces_not_read = measure::Failures{int(source.read.lost.size()), {}};
+    return measure::assess(figures);
+}
+
+}  // namespace patchwright::convert

@@ -1,0 +1,196 @@
+#include "support/cages.h"
+
+#include <patchwright/convert/convert.h>
+
+#include <catch2/catch.hpp>
+
+using namespace patchwright;
+using convert::Attempt;
+using convert::CageKind;
+using convert::Plan;
+using measure::Requirement;
+
+namespace {
+
+constexpr double diagonal = 1000.0, tolerance = 0.1;
+
+convert::ConvertOptions made() { return {.tolerance_mm = tolerance}; }
+
+/// A closed solid of one body, as far as figures go.
+convert::Source solid() {
+    convert::Source source;
+    source.input.diagonal = diagonal;
+    source.figures.closed = true;
+    source.bodies = 1;
+    return source;
+}
+
+/// An attempt of this plan whose distance is so many tolerances, else perfect.
+Attempt attempt(const Plan& plan, CageKind kind, double tolerances) {
+    Attempt a{.plan = plan, .kind = kind, .cage = test::cube(1.0)};
+    a.fit.levels.emplace_back();
+    a.shape.solid = {.solids = 1, .faces = 6, .closed = true, .valid = true, .volume = 1.0};
+    a.shape.bodies = 1;
+    a.deviation.output_to_input.max = tolerances * tolerance;
+    a.deviation.output_to_input.worst = {{geom::Vec3(1, 2, 3), 0, tolerances * tolerance}};
+    a.deviation.long_sharp.emplace();
+    a.verdict = convert::assess(a, solid(), tolerance);
+    return a;
+}
+
+Attempt next_of(std::vector<Attempt>& attempts, CageKind kind, double tolerances) {
+    const auto plan = convert::choose_next(attempts, made(), diagonal);
+    REQUIRE(plan.has_value());
+    return attempt(*plan, kind, tolerances);
+}
+
+Requirement missed(const Attempt& a) {
+    const measure::Verdict verdict = convert::assess(a, solid(), tolerance);
+    int count = 0;
+    for (const auto& c : verdict.conditions) count += c.met ? 0 : 1;
+    REQUIRE(count == 1);
+    return verdict.worst()->requirement;
+}
+
+}  // namespace
+
+TEST_CASE("figures of the check and of the fit both count", "[convert]") {
+    const Attempt good = attempt({}, CageKind::Sections, 0.5);
+    CHECK(good.verdict.met());
+    Attempt a = good;
+    a.deviation.output_to_input.max = 1.1 * tolerance;
+    CHECK(missed(a) == Requirement::DistanceToInput);
+    a = good;
+    a.deviation.input_to_output.max = 1.1 * tolerance;
+    CHECK(missed(a) == Requirement::DistanceFromInput);
+    a = good;
+    a.fit.levels.back().max_mm = 1.1 * tolerance;
+    CHECK(missed(a) == Requirement::DistanceToInput);
+    a = good;
+    a.fit.levels.back().curve_max_mm = 1.1 * tolerance;
+    CHECK(missed(a) == Requirement::DistanceToInput);
+    a = good;
+    a.fit.levels.back().reverse_max_mm = 1.1 * tolerance;
+    CHECK(missed(a) == Requirement::DistanceFromInput);
+}
+
+TEST_CASE("every figure of a shape has its condition", "[convert]") {
+    const Attempt good = attempt({}, CageKind::Sections, 0.5);
+    Attempt a = good;
+    a.deviation.long_sharp->missed.push_back({.length = 50.0, .distance = 1.0});
+    CHECK(missed(a) == Requirement::SharpCurves);
+    a = good;
+    a.shape.solid.free_edges = 2;
+    CHECK(missed(a) == Requirement::Closed);
+    a = good;
+    a.shape.solid.valid = false;
+    CHECK(missed(a) == Requirement::Valid);
+    a = good;
+    a.shape.bodies = 2;
+    CHECK(missed(a) == Requirement::Bodies);
+    a = good;
+    a.shape.solid.volume = -1.0;
+    CHECK(missed(a) == Requirement::Volume);
+    a = good;
+    a.folds.worst = measure::Fold{.angle_rad = 3.0};
+    CHECK(missed(a) == Requirement::Folds);
+    a = good;
+    a.shape.continuity.max_kink_rad = 0.1;
+    CHECK(missed(a) == Requirement::Kinks);
+    a = good;
+    a.shape.self_intersections.emplace_back();
+    CHECK(missed(a) == Requirement::SelfIntersections);
+}
+
+TEST_CASE("an open model asks neither for closed results nor for bodies", "[convert]") {
+    Attempt a = attempt({}, CageKind::Sections, 0.5);
+    a.shape.solid.free_edges = 2;
+    a.shape.bodies = 2;
+    convert::Source open = solid();
+    open.figures.closed = false;
+    CHECK(convert::assess(a, open, tolerance).met());
+}
+
+TEST_CASE("faces of the input that were not read are no success", "[convert]") {
+    convert::Source source = solid();
+    source.read.lost.emplace_back();
+    const auto verdict = convert::assess(attempt({}, CageKind::Sections, 0.5), source, tolerance);
+    CHECK(verdict.worst()->requirement == Requirement::FacesRead);
+}
+
+TEST_CASE("nothing is tried after success, nor after a given cage", "[convert]") {
+    const auto plan = convert::choose_next({}, made(), diagonal);
+    REQUIRE(plan.has_value());
+    CHECK_FALSE(plan->given);
+    CHECK(plan->cage.tolerance_rel == Approx(tolerance / diagonal));
+    CHECK_FALSE(convert::choose_next({attempt(*plan, CageKind::Sections, 0.9)}, made(), diagonal));
+
+    convert::ConvertOptions options = made();
+    options.cage = test::cube(1.0);
+    const auto given = convert::choose_next({}, options, diagonal);
+    REQUIRE(given.has_value());
+    CHECK(given->given);
+    CHECK_FALSE(convert::choose_next({attempt(*given, CageKind::Given, 5.0)}, options, diagonal));
+}
+
+TEST_CASE("recognised shapes: free, finer while that helps, then remeshed", "[convert]") {
+    std::vector<Attempt> attempts{
+        attempt(*convert::choose_next({}, made(), diagonal), CageKind::Sections, 3.0)};
+    attempts.push_back(next_of(attempts, CageKind::Sections, 2.5));
+    CHECK_FALSE(attempts.back().plan.preserve_parametrisation);
+    CHECK(attempts.back().plan.same_cage(attempts.front().plan));
+    attempts.push_back(next_of(attempts, CageKind::Sections, 1.3));
+    CHECK(attempts.back().plan.preserve_parametrisation);
+    CHECK(attempts.back().plan.cage.fineness == 2.0);
+    attempts.push_back(next_of(attempts, CageKind::Sections, 1.3));
+    attempts.push_back(next_of(attempts, CageKind::Sections, 1.25));  // finer, hardly nearer
+    CHECK(attempts.back().plan.cage.fineness == 4.0);
+    attempts.push_back(next_of(attempts, CageKind::Sections, 1.25));
+    attempts.push_back(next_of(attempts, CageKind::Remeshed, 1.2));
+    CHECK(attempts.back().plan.cage.method == cage::Method::Remesh);
+    CHECK(convert::choose_best(attempts) == attempts.size() - 1);
+}
+
+TEST_CASE("a recognised shape that is far off is none", "[convert]") {
+    Plan free = *convert::choose_next({}, made(), diagonal);
+    free.preserve_parametrisation = false;
+    const auto next =
+        convert::choose_next({attempt(free, CageKind::Sections, 11.0)}, made(), diagonal);
+    REQUIRE(next.has_value());
+    CHECK(next->cage.method == cage::Method::Remesh);
+    // Unless the user has asked for lines along the shape.
+    convert::ConvertOptions aligned = made();
+    aligned.method = cage::Method::Aligned;
+    CHECK_FALSE(convert::choose_next({attempt(free, CageKind::Sections, 11.0)}, aligned, diagonal));
+}
+
+TEST_CASE("blocks that lose sharp curves are remeshed, others get finer", "[convert]") {
+    Plan blocks = *convert::choose_next({}, made(), diagonal);
+    blocks.preserve_parametrisation = false;
+    Attempt a = attempt(blocks, CageKind::Blocks, 2.0);
+    CHECK(convert::choose_next({a}, made(), diagonal)->cage.fineness == 2.0);
+    a.deviation.long_sharp->missed.push_back({.length = 50.0, .distance = 1.0});
+    a.verdict = convert::assess(a, solid(), tolerance);
+    const auto next = convert::choose_next({a}, made(), diagonal);
+    CHECK(next->cage.method == cage::Method::Remesh);
+    CHECK(next->cage.fineness == 1.0);
+}
+
+TEST_CASE("remeshed cages get shorter edges where they miss, while that helps", "[convert]") {
+    Plan remesh = *convert::choose_next({}, made(), diagonal);
+    remesh.preserve_parametrisation = false;
+    std::vector<Attempt> attempts{attempt(remesh, CageKind::Remeshed, 4.0)};
+    attempts.push_back(next_of(attempts, CageKind::Remeshed, 2.0));
+    REQUIRE(attempts.back().plan.cage.finer_at.size() == 1);
+    CHECK(attempts.back().plan.cage.finer_at.front().point == geom::Vec3(1, 2, 3));
+    CHECK_FALSE(attempts.back().plan.same_cage(attempts.front().plan));
+    attempts.push_back(next_of(attempts, CageKind::Remeshed, 1.9));
+    CHECK_FALSE(convert::choose_next(attempts, made(), diagonal).has_value());
+}
+
+TEST_CASE("the best attempt is the first of equal ones", "[convert]") {
+    const Attempt far = attempt({}, CageKind::Sections, 3.0),
+                  near = attempt({}, CageKind::Sections, 2.0);
+    CHECK(convert::choose_best({far, near, near}) == 1);
+    CHECK_FALSE(convert::choose_best({}).has_value());
+}

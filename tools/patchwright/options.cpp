@@ -1,0 +1,171 @@
+#include "options.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace patchwright::cli {
+
+void add_input_options(CLI::App& command, InputOptions& options) {
+    command.add_option("--input-unit", options.unit,
+                       "overrides the unit written in the input; STL and OBJ have none: mm");
+    command
+        .add_option("--sharp-angle", options.sharp_angle_deg,
+                    "edges whose faces differ by more than this are sharp, degrees; by default 20, "
+                    "for triangles 35")
+        ->check(CLI::Range(0.1, 179.0));
+}
+
+convert::Source read_source(Run& run, const std::string& file, const InputOptions& options,
+                            bool heal, bool with_surface) {
+    convert::SourceOptions reading{
+        .heal = heal, .with_surface = with_surface, .progress = run.progress()};
+    if (!options.unit.empty()) reading.unit = base::parse_length_unit(options.unit);
+    if (options.sharp_angle_deg) reading.sharp_angle_rad = *options.sharp_angle_deg * M_PI / 180.0;
+    convert::Source source = convert::read_source(file, reading);
+    for (const std::string& text : source.notices) run.notice(text);
+    run.report.input = source.input;
+    run.report.unit = source.input.unit;
+    run.end_stage("read");
+    return source;
+}
+
+void add_cage_options(CLI::App& command, CageOptions& options) {
+    using cage::Method;
+    add_choice<Method>(
+        command, "--layout", options.method,
+        {{"aligned", Method::Aligned}, {"remesh", Method::Remesh}, {"auto", Method::Auto}},
+        "how a cage is made: aligned (blocks along the lines of a wing or of the faces), remesh "
+        "(any shape, more patches), or auto (aligned where it is found)");
+    command
+        .add_option("--target-faces", options.target_faces,
+                    "number of faces to aim at, roughly; by default as the shape asks for")
+        ->check(CLI::PositiveNumber);
+}
+
+void add_fit_options(CLI::App& command, FitOptions& options) {
+    using fit::Refinement;
+    using fit::Symmetry;
+    command
+        .add_option("--tolerance", options.tolerance,
+                    fmt::format("largest deviation: {}", length_help))
+        ->capture_default_str();
+    command
+        .add_option("--cage-unit", options.cage_unit,
+                    "unit of the cage's numbers: mm, cm, m, in, ft")
+        ->capture_default_str();
+    command
+        .add_option("--max-levels", options.max_levels,
+                    "refinements of the cage at most; by default 12, of made cages 2 to 12")
+        ->check(CLI::Range(0, 20));
+    add_choice<Refinement>(
+        command, "--refine", options.refinement,
+        {{"local", Refinement::Local}, {"global", Refinement::Global}},
+        "where the cage is too coarse: local (strips of quads there are split lengthwise) or "
+        "global (every face in four)");
+    add_choice<Symmetry>(command, "--symmetry", options.symmetry,
+                         {{"detect", Symmetry::Detect},
+                          {"x", Symmetry::X},
+                          {"y", Symmetry::Y},
+                          {"z", Symmetry::Z},
+                          {"none", Symmetry::None}},
+                         "plane that a half model ends on: x, y or z (where that coordinate is 0), "
+                         "detect or none");
+    CLI::Option* limit =
+        command
+            .add_option("--time-limit", options.time_limit_s,
+                        "seconds; then the best result so far is checked and delivered")
+            ->check(CLI::PositiveNumber);
+    if (options.time_limit_s) limit->default_str(fmt::format("{:g}", *options.time_limit_s));
+}
+
+convert::ConvertOptions convert_options(Run& run, const convert::Source& source,
+                                        const FitOptions& fit, const CageOptions& cage,
+                                        const std::string& cage_file) {
+    convert::ConvertOptions options{.tolerance_mm = length_mm(fit.tolerance, source.input.diagonal),
+                                    .method = cage.method,
+                                    .target_faces = cage.target_faces,
+                                    .refinement = fit.refinement,
+                                    .symmetry = fit.symmetry,
+                                    .max_levels = fit.max_levels};
+    if (!cage_file.empty())
+        options.cage = read_cage(run, cage_file, base::parse_length_unit(fit.cage_unit));
+    note_chord_error(run, source, options.tolerance_mm);
+    return options;
+}
+
+double length_mm(const std::string& text, double diagonal_mm) {
+    return base::parse_length(text).in_millimetres(diagonal_mm);
+}
+
+void note_chord_error(Run& run, const convert::Source& source, double tolerance_mm) {
+    if (!source.mesh || source.mesh->chord_error() <= tolerance_mm) return;
+    const double error = source.mesh->chord_error(), scale = base::millimetres_per(run.report.unit);
+    run.notice(
+        fmt::format("the triangles are up to about {:.2g} {} from the rounded surface they stand "
+                    "for, more than the tolerance of {:.2g}: their facets will be followed; "
+                    "--tolerance {:.2g}{} is what they can tell",
+                    error / scale, base::short_name(run.report.unit), tolerance_mm / scale,
+                    2.0 * error / scale, base::short_name(run.report.unit)));
+}
+
+void add_output_options(CLI::App& command, OutputOptions& options) {
+    using convert::Colouring;
+    using occ::StepSchema;
+    using patch::Covering;
+    using patch::Join;
+    convert::ShapeOptions& shape = options.shape;
+    command
+        .add_option("-o,--output", options.file, "CAD file to write: .step .stp .igs .iges .brep")
+        ->required();
+    command.add_option("--unit", options.unit, "unit of the output: mm, cm, m, in, ft or input")
+        ->capture_default_str();
+    add_choice<StepSchema>(
+        command, "--schema", shape.write.schema,
+        {{"ap203", StepSchema::Ap203}, {"ap214", StepSchema::Ap214}, {"ap242", StepSchema::Ap242}},
+        "STEP schema: ap203, ap214 or ap242");
+    add_choice<Join>(command, "--continuity", shape.join,
+                     {{"g1", Join::G1}, {"refined", Join::Refined}},
+                     "at extraordinary vertices: g1 (tangent planes agree exactly) or refined "
+                     "(knots towards the vertex, a small kink remains)");
+    add_choice<Covering>(
+        command, "--patches", shape.covering,
+        {{"charts", Covering::Charts}, {"faces", Covering::Faces}},
+        "charts (one surface for as many cage faces as possible) or faces (one each)");
+    add_choice<Colouring>(
+        command, "--color", shape.colouring,
+        {{"none", Colouring::None}, {"kind", Colouring::Kind}, {"deviation", Colouring::Deviation}},
+        "faces in STEP: none, kind (blue: regular, orange: with an extraordinary "
+        "corner), or deviation (from the input: blue 0, red the tolerance or "
+        "more)");
+    command.add_flag("--time-stamp", shape.write.time_stamp,
+                     "write the time into the file, which then differs from run to run");
+    command
+        .add_option(
+            "--cap-depth", shape.cap_depth,
+            "knot levels towards an extraordinary vertex; by default as the tolerance needs")
+        ->check(CLI::Range(1, patch::max_cap_depth));
+}
+
+base::LengthUnit output_unit(const OutputOptions& options, base::LengthUnit input) {
+    return options.unit == "input" ? input : base::parse_length_unit(options.unit);
+}
+
+void report_fit(Run& run, const convert::Attempt& attempt) {
+    report::RunReport& report = run.report;
+    report.cage = mesh::summarise(*attempt.cage.topology);
+    report.layout = attempt.layout;
+    report.fit = attempt.fit;
+    report.verdict = attempt.verdict;
+}
+
+void report_attempt(Run& run, const convert::Attempt& attempt) {
+    report_fit(run, attempt);
+    report::RunReport& report = run.report;
+    report.patches = attempt.patches;
+    report.solid = attempt.shape.solid;
+    report.continuity = attempt.shape.continuity;
+    report.deviation = attempt.deviation;
+}
+
+}  // namespace patchwright::cli

@@ -1,0 +1,104 @@
+// Command-line options that several subcommands share, and what the library takes in their place.
+#pragma once
+
+#include "command.h"
+
+#include <patchwright/convert/convert.h>
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace patchwright::cli {
+
+/// An option whose value is one of a few words.
+/// @param value  holds the default, whose word is shown in the help
+template <class Enum>
+CLI::Option* add_choice(CLI::App& command, const std::string& name, Enum& value,
+                        const std::vector<std::pair<std::string, Enum>>& words,
+                        const std::string& help) {
+    std::string standard, all;
+    for (const auto& [word, meaning] : words) {
+        if (meaning == value) standard = word;
+        all += (all.empty() ? "" : ", ") + word;
+    }
+    const auto number_of = [name, words, all](const std::string& text) {
+        for (const auto& [word, meaning] : words)
+            if (word == text) return std::to_string(static_cast<int>(meaning));
+        throw CLI::ValidationError(name, "'" + text + "' is none of " + all);
+    };
+    return command.add_option(name, value, help)
+        ->transform(number_of, "")
+        ->type_name("WORD")
+        ->default_str(standard);
+}
+
+/// Options of subcommands that read a CAD file or triangles.
+struct InputOptions {
+    std::string unit;                       ///< overrides what the file says; empty: as it says
+    std::optional<double> sharp_angle_deg;  ///< none: as is usual for the kind of file
+};
+
+constexpr const char* input_help = "STEP, IGES, BREP, or triangles: STL, OBJ";
+constexpr const char* length_help = "0.05mm, 0.002in, or 1e-4rel (of the diagonal)";
+
+void add_input_options(CLI::App& command, InputOptions& options);
+
+/// Reads a CAD file or triangles, passes on what reading noticed, fills report.input.
+convert::Source read_source(Run& run, const std::string& file, const InputOptions& options,
+                            bool heal = true, bool with_surface = true);
+
+/// Options of subcommands that make cages.
+struct CageOptions {
+    cage::Method method = cage::Method::Auto;
+    std::optional<int> target_faces;
+};
+
+void add_cage_options(CLI::App& command, CageOptions& options);
+
+/// Options of subcommands that fit.
+struct FitOptions {
+    std::string tolerance = "1e-4rel";
+    std::string cage_unit = "mm";
+    fit::Refinement refinement = fit::Refinement::Local;
+    fit::Symmetry symmetry = fit::Symmetry::Detect;
+    std::optional<int> max_levels;
+    std::optional<double> time_limit_s;
+};
+
+void add_fit_options(CLI::App& command, FitOptions& options);
+
+/// What conversions and fits of these options do; the shape and the samples stay as they are.
+/// @param cage_file  empty: cages are made from the model
+convert::ConvertOptions convert_options(Run& run, const convert::Source& source,
+                                        const FitOptions& fit, const CageOptions& cage,
+                                        const std::string& cage_file);
+
+/// In millimetres, of this diagonal.
+/// @throw InvalidArgument when the text is no length
+double length_mm(const std::string& text, double diagonal_mm);
+
+/// Says so where the tolerance is less than the triangles' own distance from what they stand for.
+void note_chord_error(Run& run, const convert::Source& source, double tolerance_mm);
+
+/// Options of subcommands that write a CAD file.
+struct OutputOptions {
+    std::string file;
+    std::string unit = "input";
+    convert::ShapeOptions shape;
+};
+
+void add_output_options(CLI::App& command, OutputOptions& options);
+
+/// The unit of the file to be written.
+/// @param input  unit of the input
+base::LengthUnit output_unit(const OutputOptions& options, base::LengthUnit input);
+
+/// Puts what an attempt reached into the report.
+void report_attempt(Run& run, const convert::Attempt& attempt);
+
+/// The same of one that was fitted only.
+void report_fit(Run& run, const convert::Attempt& attempt);
+
+}  // namespace patchwright::cli
