@@ -1,4 +1,5 @@
 #include "subd/ring_extractor.h"
+#include "subd/solver_products.h"
 #include "subd/template_kernels.h"
 
 #include <patchwright/base/error.h>
@@ -271,47 +272,9 @@ void LimitOperator::apply_transposed(const geom::Points& y, geom::Points& x) con
     });
 }
 
-void LimitOperator::apply_squares_transposed(const geom::Points& y, geom::Points& x) const {
-    set_zero(x, columns_);
-    by_colour([&](std::size_t c) {
-        for_runs(chunks_[c], [&](const Template& t, std::size_t begin, std::size_t end,
-                                 const std::int32_t* vertices) {
-            t.squares.add_transposed(static_cast<int>(end - begin), vertices,
-                                     y.row(site_rows_[begin]).data(), x.data());
-        });
-    });
-}
-
-Eigen::Array3d LimitOperator::normal_product(const geom::Points& x, geom::Points& t,
-                                             const RowVisit& visit) const {
-    set_zero(t, columns_);
-    std::vector<Eigen::Array3d> partial(chunks_.size());
-    by_colour([&](std::size_t c) {
-        geom::Points buffer;
-        Eigen::Array3d sum = Eigen::Array3d::Zero();
-        for_runs(chunks_[c], [&](const Template& table, std::size_t begin, std::size_t end,
-                                 const std::int32_t* vertices) {
-            const auto row = site_rows_[begin], count = site_rows_[end] - row;
-            if (buffer.rows() < count) buffer.resize(count, 3);
-            const auto sites = static_cast<int>(end - begin);
-            table.position.apply(sites, vertices, x.data(), buffer.data());
-            sum += visit(row, Rows(buffer.data(), count, 3));
-            table.position.add_transposed(sites, vertices, buffer.data(), t.data());
-        });
-        partial[c] = sum;
-    });
-    Eigen::Array3d sum = Eigen::Array3d::Zero();
-    for (const Eigen::Array3d& part : partial) sum += part;
-    return sum;
-}
-
-Eigen::Array3d LimitOperator::normal_product(const geom::Points& x, geom::Points& t) const {
-    return normal_product(x, t, [](Eigen::Index, Rows rows) { return column_norms(rows); });
-}
-
-void LimitOperator::directions(const Template& t, std::size_t begin, std::size_t end,
-                               const std::int32_t* vertices, const geom::Points& x,
-                               geom::Points& dv, Rows to) const {
+void LimitOperator::run_normals(const Template& t, std::size_t begin, std::size_t end,
+                                const std::int32_t* vertices, const geom::Points& x,
+                                geom::Points& dv, Rows to) const {
     const auto sites = static_cast<int>(end - begin);
     if (dv.rows() < to.rows()) dv.resize(to.rows(), 3);
     t.du.apply(sites, vertices, x.data(), to.data());
@@ -334,7 +297,7 @@ geom::Points LimitOperator::normals(const geom::Points& x) const {
                     throw base::InvalidArgument("normals: the operator was made without tangents");
                 }
                 const auto row = site_rows_[begin], count = site_rows_[end] - row;
-                directions(t, begin, end, vertices, x, dv, Rows(result.row(row).data(), count, 3));
+                run_normals(t, begin, end, vertices, x, dv, Rows(result.row(row).data(), count, 3));
             });
         }
     });
@@ -353,7 +316,7 @@ void LimitOperator::visit_sites(const geom::Points& x, const SiteVisit& visit) c
                 const bool directed = t.du.samples() == t.position.samples();
                 if (directed) {
                     if (normals.rows() < count) normals.resize(count, 3);
-                    directions(t, begin, end, vertices, x, dv, Rows(normals.data(), count, 3));
+                    run_normals(t, begin, end, vertices, x, dv, Rows(normals.data(), count, 3));
                 }
                 visit(begin, end, Rows(points.data(), count, 3),
                       Rows(normals.data(), directed ? count : 0, 3));
@@ -362,11 +325,38 @@ void LimitOperator::visit_sites(const geom::Points& x, const SiteVisit& visit) c
     });
 }
 
-Eigen::VectorXd LimitOperator::column_squares(const Eigen::VectorXd& weights) const {
-    Eigen::VectorXd sums = Eigen::VectorXd::Zero(columns_);
-    for (const Chunk& chunk : chunks_) {
-        for_runs(chunk, [&](const Template& t, std::size_t begin, std::size_t end,
-                            const std::int32_t* vertices) {
+Eigen::Array3d SolverProducts::normal_product(const geom::Points& x, geom::Points& t,
+                                              const RowVisit& visit) const {
+    set_zero(t, m_.columns_);
+    std::vector<Eigen::Array3d> partial(m_.chunks_.size());
+    m_.by_colour([&](std::size_t c) {
+        geom::Points buffer;
+        Eigen::Array3d sum = Eigen::Array3d::Zero();
+        m_.for_runs(m_.chunks_[c], [&](const LimitOperator::Template& table, std::size_t begin,
+                                       std::size_t end, const std::int32_t* vertices) {
+            const auto row = m_.site_rows_[begin], count = m_.site_rows_[end] - row;
+            if (buffer.rows() < count) buffer.resize(count, 3);
+            const auto sites = static_cast<int>(end - begin);
+            table.position.apply(sites, vertices, x.data(), buffer.data());
+            sum += visit(row, Rows(buffer.data(), count, 3));
+            table.position.add_transposed(sites, vertices, buffer.data(), t.data());
+        });
+        partial[c] = sum;
+    });
+    Eigen::Array3d sum = Eigen::Array3d::Zero();
+    for (const Eigen::Array3d& part : partial) sum += part;
+    return sum;
+}
+
+Eigen::Array3d SolverProducts::normal_product(const geom::Points& x, geom::Points& t) const {
+    return normal_product(x, t, [](Eigen::Index, Rows rows) { return column_norms(rows); });
+}
+
+Eigen::VectorXd SolverProducts::column_squares(const Eigen::VectorXd& weights) const {
+    Eigen::VectorXd sums = Eigen::VectorXd::Zero(m_.columns_);
+    for (const LimitOperator::Chunk& chunk : m_.chunks_) {
+        m_.for_runs(chunk, [&](const LimitOperator::Template& t, std::size_t begin, std::size_t end,
+                               const std::int32_t* vertices) {
             for (; begin < end; ++begin, vertices += t.position.slots()) {
                 const double weight = weights.size() > 0 ? weights[Eigen::Index(begin)] : 1.0;
                 for (int k = 0; k < t.position.slots(); ++k) {
@@ -376,6 +366,17 @@ Eigen::VectorXd LimitOperator::column_squares(const Eigen::VectorXd& weights) co
         });
     }
     return sums;
+}
+
+void SolverProducts::apply_squares_transposed(const geom::Points& y, geom::Points& x) const {
+    set_zero(x, m_.columns_);
+    m_.by_colour([&](std::size_t c) {
+        m_.for_runs(m_.chunks_[c], [&](const LimitOperator::Template& t, std::size_t begin,
+                                       std::size_t end, const std::int32_t* vertices) {
+            t.squares.add_transposed(static_cast<int>(end - begin), vertices,
+                                     y.row(m_.site_rows_[begin]).data(), x.data());
+        });
+    });
 }
 
 int LimitOperator::template_count() const { return static_cast<int>(templates_.size()); }

@@ -1,3 +1,4 @@
+#include "subd/solver_products.h"
 #include "support/cages.h"
 
 #include <patchwright/base/error.h>
@@ -188,8 +189,9 @@ TEST_CASE("column squares are the diagonal of M^T W M", "[subd]") {
         }
     }
     // Sums of up to a hundred squares below 1.
-    CHECK((op.column_squares() - plain).cwiseAbs().maxCoeff() < 1e-12);
-    CHECK((op.column_squares(weights) - weighted).cwiseAbs().maxCoeff() < 1e-12);
+    CHECK((subd::SolverProducts(op).column_squares() - plain).cwiseAbs().maxCoeff() < 1e-12);
+    CHECK((subd::SolverProducts(op).column_squares(weights) - weighted).cwiseAbs().maxCoeff() <
+          1e-12);
 }
 
 TEST_CASE("<M x, y> = <x, M^T y>, bit for bit on any number of threads", "[subd]") {
@@ -210,19 +212,19 @@ TEST_CASE("<M x, y> = <x, M^T y>, bit for bit on any number of threads", "[subd]
     // Both products in one sweep, and with rows changed in between.
     op.apply(x, mx);
     op.apply_transposed(mx, mty);
-    const Eigen::Array3d norms = op.normal_product(x, again);
+    const Eigen::Array3d norms = subd::SolverProducts(op).normal_product(x, again);
     CHECK((again - mty).cwiseAbs().maxCoeff() < 1e-13 * mty.cwiseAbs().maxCoeff());
     CHECK((norms / mx.colwise().squaredNorm().transpose().array() - 1.0).abs().maxCoeff() < 1e-13);
     base::set_thread_count(1);
     geom::Points alone;
-    CHECK((op.normal_product(x, alone) == norms).all());
+    CHECK((subd::SolverProducts(op).normal_product(x, alone) == norms).all());
     CHECK(alone == again);
     base::set_thread_count(0);
     const auto minus_y = [&](Eigen::Index first, subd::LimitOperator::Rows rows) -> Eigen::Array3d {
         rows -= y.middleRows(first, rows.rows());
         return Eigen::Array3d::Constant(double(rows.rows()));
     };
-    CHECK((op.normal_product(x, again, minus_y) == double(op.rows())).all());
+    CHECK((subd::SolverProducts(op).normal_product(x, again, minus_y) == double(op.rows())).all());
     op.apply_transposed(mx - y, mty);
     CHECK((again - mty).cwiseAbs().maxCoeff() < 1e-13 * mty.cwiseAbs().maxCoeff());
     op.apply_transposed(y, mty);

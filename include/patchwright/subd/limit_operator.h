@@ -53,42 +53,27 @@ class LimitOperator {
     /// columns() x 3 = M^T y.  @pre y is rows() x 3
     void apply_transposed(const geom::Points& y, geom::Points& x) const;
 
-    /// t = M^T M x in one sweep, limit points being kept nowhere; returns the squared norm of each
-    /// column of M x.
-    Eigen::Array3d normal_product(const geom::Points& x, geom::Points& t) const;
-
-    /// Rows of M x that are visited together: they follow each other from `first`.
+    /// Rows that follow each other.
     using Rows = Eigen::Map<geom::Points>;
-    using RowVisit = std::function<Eigen::Array3d(Eigen::Index first, Rows rows)>;
-    /// The same with `visit` called for all rows of M x, a few at a time, which it may change
-    /// before they are multiplied with M^T.
-    /// @return the sum of what the visits return
-    Eigen::Array3d normal_product(const geom::Points& x, geom::Points& t,
-                                  const RowVisit& visit) const;
-    /// Calls `visit(first site, end, rows of M x, directions du x dv)` for some sites that follow
-    /// each other at a time, in any order and on any thread: for work that needs them only once.
-    /// There are directions when made with SampleRows::PointsAndTangents, else no rows of them.
+    /// Calls `visit(first site, end, rows of M x, their normals)` for a few consecutive sites at a
+    /// time, in any order and on any thread: for work that needs the rows only once, which it may
+    /// overwrite. Normals are those of normals(), or no rows where these are not available.
     using SiteVisit =
-        std::function<void(std::size_t first, std::size_t end, Rows rows, Rows directions)>;
+        std::function<void(std::size_t first, std::size_t end, Rows rows, Rows normals)>;
     void visit_sites(const geom::Points& x, const SiteVisit& visit) const;
-    /// Directions du x dv (not unit) at all samples; zero where there is no tangent plane.
+    /// Normals du x dv at all samples, not of unit length: their length is the Jacobian of the
+    /// face's parametrisation. Zero where there is no tangent plane.
     /// @pre made with SampleRows::PointsAndTangents
     [[nodiscard]] geom::Points normals(const geom::Points& x) const;
 
-    /// Sums of the squares of each column: the diagonal of M^T M, or of M^T W M.
-    /// @param weights  W's diagonal, one number a site; empty: ones
-    [[nodiscard]] Eigen::VectorXd column_squares(const Eigen::VectorXd& weights = {}) const;
-
-    /// x = (M with each entry squared)^T y, columns() x 3: the diagonals of M^T diag(y_c) M.
-    /// @pre y is rows() x 3
-    void apply_squares_transposed(const geom::Points& y, geom::Points& x) const;
-
     [[nodiscard]] int template_count() const;
-    /// Memory held, templates apart and in them.
+    /// Memory held, without the templates and in them.
     [[nodiscard]] std::size_t site_bytes() const;
     [[nodiscard]] std::size_t template_bytes() const;
 
   private:
+    friend class SolverProducts;
+
     struct Template;
     /// Consecutive sites that one task handles.
     struct Chunk {
@@ -97,10 +82,10 @@ class LimitOperator {
     };
 
     void colour_chunks();
-    /// Directions du x dv of a run of sites; `dv` is a buffer.
-    void directions(const Template& t, std::size_t begin, std::size_t end,
-                    const std::int32_t* vertices, const geom::Points& x, geom::Points& dv,
-                    Rows to) const;
+    /// Normals of a run of sites; `dv` is a buffer.
+    void run_normals(const Template& t, std::size_t begin, std::size_t end,
+                     const std::int32_t* vertices, const geom::Points& x, geom::Points& dv,
+                     Rows to) const;
     /// Calls `visit(template, first site, end, their slots' vertices)` for runs of equal sites.
     template <class Visit>
     void for_runs(const Chunk& chunk, const Visit& visit) const;

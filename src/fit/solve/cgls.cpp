@@ -86,8 +86,10 @@ Eigen::Array3d LinearOperator::normal_residual(const Points& b, const Points& x,
     return squared_norms(r);
 }
 
-CglsResult solve_cgls(const LinearOperator& a, const Points& b, const Points& start,
-                      const CglsOptions& options) {
+namespace {
+
+void check(const LinearOperator& a, const Points& b, const Points& start,
+           const CglsOptions& options) {
     if (b.rows() != a.rows() || start.rows() != a.columns()) {
         throw base::InvalidArgument(
             "solve_cgls: sizes of operator, right-hand side and start differ");
@@ -99,108 +101,160 @@ CglsResult solve_cgls(const LinearOperator& a, const Points& b, const Points& st
     if (options.unknown_sizes != nullptr && options.unknown_sizes->rows() != a.columns()) {
         throw base::InvalidArgument("solve_cgls: unknown_sizes has not one row an unknown");
     }
-    const Preconditioner* const b_of = options.preconditioner;
-    if (b_of != nullptr && b_of->size() != a.columns()) {
+    if (options.preconditioner != nullptr && options.preconditioner->size() != a.columns()) {
         throw base::InvalidArgument(
             "solve_cgls: preconditioner has another size than the operator");
     }
-    const auto steps_of = [&](const Column3& norms) {
-        return options.joint ? Column3::Constant(norms.sum()).eval() : norms;
-    };
-    CglsResult result;
-    result.x = start;
-    Points s, d, t, u;    // A^T r, direction, A^T A d, B^T s
-    Points safe = start;  // where the residual was made from x the last time
-    Column3 residual, least_residual = Column3::Constant(std::numeric_limits<double>::infinity());
-    const auto set_residual = [&] {
-        residual = a.normal_residual(b, result.x, s);
-        // Every step makes it smaller but those that rounding alone directs, where A^T r is zero.
-        const Column3 now = steps_of(residual);
-        if (!(now <= least_residual * (1.0 + 1e-9)).all()) {
-            for (int c = 0; c < 3; ++c) {
-                if (!(now[c] <= least_residual[c])) result.x.col(c) = safe.col(c);
+}
+
+/// One solve. s = A^T r follows its recurrence between calls of set_residual(), which compute it
+/// from x and so remove the recursive residual drift.
+class CglsSolve {
+  public:
+    CglsSolve(const LinearOperator& a, const Points& b, const Points& start,
+              const CglsOptions& options)
+        : a_(a), b_(b), options_(options), verified_(start) {
+        result_.x = start;
+    }
+
+    CglsResult run() && {
+        set_residual();
+        gamma_ = preconditioned_norms();
+        const double wanted = std::max(options_.relative_residual, min_relative_residual);
+        goal_ = gamma_ * wanted * wanted;
+        Column3 gamma_at_restart = gamma_;
+        restart();
+        bool still = false;
+        for (;;) {
+            if (still || !(gamma_ > goal_).any()) {
+                if (result_.iterations > 0) set_residual();
+                gamma_ = preconditioned_norms();
+                const bool better =
+                    (gamma_ < restart_gain * gamma_at_restart || gamma_ <= goal_).all();
+                if (still && (gamma_ > goal_).any()) result_.stop = CglsStop::StepTolerance;
+                if (still || !better || !(gamma_ > restart_margin * goal_).any()) break;
+                gamma_at_restart = gamma_;
+                restart();
             }
-            residual = a.normal_residual(b, result.x, s);
+            if (result_.iterations == options_.max_iterations) {
+                set_residual();
+                result_.stop = CglsStop::MaxIterations;
+                break;
+            }
+            base::report_progress(options_.progress, "solve",
+                                  double(result_.iterations) / options_.max_iterations);
+            still = iterate() <= options_.step_tolerance && options_.step_tolerance > 0.0;
+            ++result_.iterations;
         }
-        least_residual = steps_of(residual);
-        safe = result.x;
-    };
-    const auto preconditioned_norms = [&] {
-        return steps_of(b_of != nullptr ? b_of->apply_transposed(s, u) : squared_norms(s));
-    };
-    const auto steepest = [&] {
-        d = s;
-        if (b_of != nullptr) b_of->apply(u, Column3::Zero(), d);
-    };
-    set_residual();
-    Column3 gamma = preconditioned_norms();
-    // Below rounding the recurrence goes on where the truth cannot follow.
-    const double wanted = std::max(options.relative_residual, 1e-15);
-    const Column3 goal = gamma * wanted * wanted;
-    Column3 least = gamma;  // when the residual was made anew the last time
-    steepest();
-    bool still = false;
-    for (;;) {
-        if (still || !(gamma > goal).any()) {
-            // What rounding has put between the recurrence and the truth shows here.
-            if (result.iterations > 0) set_residual();
-            gamma = preconditioned_norms();
-            const bool better = (gamma < 0.25 * least || gamma <= goal).all();
-            if (still && (gamma > goal).any()) result.stop = CglsStop::StepTolerance;
-            if (still || !better || !(gamma > 1.1 * goal).any()) break;
-            least = gamma;
-            steepest();
+        result_.residual = std::sqrt(residual_.sum());
+        result_.normal_residual = s_.norm();
+        return std::move(result_);
+    }
+
+  private:
+    // Below rounding the recurrence still converges while the residual itself does not.
+    static constexpr double min_relative_residual = 1e-15;
+    // A restart must have reduced |s|^2 to this share to be followed by another.
+    static constexpr double restart_gain = 0.25;
+    // A residual this little above the goal is not worth a restart.
+    static constexpr double restart_margin = 1.1;
+    // Of the squared residual: a larger increase than this is not rounding of its sum.
+    static constexpr double rounding = 1e-9;
+
+    /// One number a column, or their sum in each when columns share their step lengths.
+    [[nodiscard]] Column3 by_step(const Column3& norms) const {
+        return options_.joint ? Column3::Constant(norms.sum()).eval() : norms;
+    }
+
+    /// Residual and s from x; columns whose residual has grown go back to where it was last
+    /// computed. Exact steps never increase it: those that rounding directs do, where s is zero.
+    void set_residual() {
+        residual_ = a_.normal_residual(b_, result_.x, s_);
+        const Column3 now = by_step(residual_);
+        if (!(now <= least_residual_ * (1.0 + rounding)).all()) {
+            for (int c = 0; c < 3; ++c) {
+                if (!(now[c] <= least_residual_[c])) result_.x.col(c) = verified_.col(c);
+            }
+            residual_ = a_.normal_residual(b_, result_.x, s_);
         }
-        if (result.iterations == options.max_iterations) {
-            set_residual();
-            result.stop = CglsStop::MaxIterations;
-            break;
+        least_residual_ = by_step(residual_);
+        verified_ = result_.x;
+    }
+
+    Column3 preconditioned_norms() {
+        const Preconditioner* const b = options_.preconditioner;
+        return by_step(b != nullptr ? b->apply_transposed(s_, u_) : squared_norms(s_));
+    }
+
+    /// The next direction is that of steepest descent.
+    void restart() {
+        d_ = s_;
+        if (options_.preconditioner != nullptr)
+            options_.preconditioner->apply(u_, Column3::Zero(), d_);
+    }
+
+    /// One step of all columns that have not converged: directions of the others hold nothing but
+    /// rounding. Returns the largest change of an unknown.
+    double iterate() {
+        const Eigen::Array<bool, 3, 1> open = gamma_ > goal_;
+        const Column3 alpha = open.select(ratio(gamma_, by_step(a_.normal_product(d_, t_))), 0.0);
+        Column3 norms;
+        const double change = take_steps(alpha, norms);
+        const Column3 next =
+            options_.preconditioner != nullptr ? preconditioned_norms() : by_step(norms);
+        const Column3 beta = open.select(ratio(next, gamma_), 0.0);
+        if (options_.preconditioner != nullptr) {
+            options_.preconditioner->apply(u_, beta, d_);
+        } else {
+            over_rows(d_.rows(), [&](Eigen::Index first, Eigen::Index count) {
+                auto block = d_.middleRows(first, count);
+                block = s_.middleRows(first, count) + (block * beta.matrix().asDiagonal()).eval();
+            });
         }
-        base::report_progress(options.progress, "solve",
-                              double(result.iterations) / options.max_iterations);
-        // Coordinates that are there stay: their directions hold nothing but rounding any more.
-        const Eigen::Array<bool, 3, 1> open = gamma > goal;
-        const Column3 alpha = open.select(ratio(gamma, steps_of(a.normal_product(d, t))), 0.0);
-        const std::size_t blocks = (std::size_t(d.rows()) + grain - 1) / grain;
+        gamma_ = next;
+        return change;
+    }
+
+    /// x += alpha d, s -= alpha t; sets the squared norms of s where no preconditioner needs
+    /// others.
+    double take_steps(const Column3& alpha, Column3& norms) {
+        const std::size_t blocks = (std::size_t(d_.rows()) + grain - 1) / grain;
         std::vector<double> change(blocks, 0.0);
-        std::vector<Column3> norms(blocks);
-        Column3 next;
-        over_rows(d.rows(), [&](Eigen::Index first, Eigen::Index count) {
+        std::vector<Column3> partial(blocks, Column3::Zero());
+        over_rows(d_.rows(), [&](Eigen::Index first, Eigen::Index count) {
             const auto block = std::size_t(first) / grain;
             const Eigen::Index at = 3 * first, size = 3 * count;
             const double* sizes =
-                options.unknown_sizes != nullptr ? options.unknown_sizes->data() + at : nullptr;
-            change[block] = take_step(alpha, d.data() + at, t.data() + at, sizes, size,
-                                      result.x.data() + at, s.data() + at);
-            if (b_of == nullptr) {
-                norms[block] =
-                    s.middleRows(first, count).colwise().squaredNorm().transpose().array();
+                options_.unknown_sizes != nullptr ? options_.unknown_sizes->data() + at : nullptr;
+            change[block] = take_step(alpha, d_.data() + at, t_.data() + at, sizes, size,
+                                      result_.x.data() + at, s_.data() + at);
+            if (options_.preconditioner == nullptr) {
+                partial[block] =
+                    s_.middleRows(first, count).colwise().squaredNorm().transpose().array();
             }
         });
-        if (b_of != nullptr) {
-            next = steps_of(b_of->apply_transposed(s, u));
-        } else {
-            Column3 sum = Column3::Zero();
-            for (const Column3& part : norms) sum += part;
-            next = steps_of(sum);
-        }
-        const Column3 beta = open.select(ratio(next, gamma), 0.0);
-        if (b_of != nullptr) {
-            b_of->apply(u, beta, d);
-        } else {
-            over_rows(d.rows(), [&](Eigen::Index first, Eigen::Index count) {
-                auto block = d.middleRows(first, count);
-                block = s.middleRows(first, count) + (block * beta.matrix().asDiagonal()).eval();
-            });
-        }
-        gamma = next;
-        ++result.iterations;
-        still = options.step_tolerance > 0.0 && blocks > 0 &&
-                *std::max_element(change.begin(), change.end()) <= options.step_tolerance;
+        norms = Column3::Zero();
+        for (const Column3& part : partial) norms += part;
+        return blocks > 0 ? *std::max_element(change.begin(), change.end())
+                          : std::numeric_limits<double>::infinity();
     }
-    result.residual = std::sqrt(residual.sum());
-    result.normal_residual = s.norm();
-    return result;
+
+    const LinearOperator& a_;
+    const Points& b_;
+    const CglsOptions& options_;
+    CglsResult result_;
+    Points s_, d_, t_, u_;  // A^T r, direction, A^T A d, B^T s
+    Points verified_;       // x when the residual was computed from it the last time
+    Column3 residual_, least_residual_ = Column3::Constant(std::numeric_limits<double>::infinity());
+    Column3 gamma_, goal_;  // |B^T s|^2 by step length
+};
+
+}  // namespace
+
+CglsResult solve_cgls(const LinearOperator& a, const Points& b, const Points& start,
+                      const CglsOptions& options) {
+    check(a, b, start, options);
+    return CglsSolve(a, b, start, options).run();
 }
 
 }  // namespace patchwright::fit

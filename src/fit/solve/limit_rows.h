@@ -2,8 +2,7 @@
 #pragma once
 
 #include "fit/solve/cgls.h"
-
-#include <patchwright/subd/limit_operator.h>
+#include "subd/solver_products.h"
 
 namespace patchwright::fit {
 
@@ -18,11 +17,11 @@ class LimitRows final : public LinearOperator {
         limit_.apply_transposed(y, x);
     }
     Eigen::Array3d normal_product(const geom::Points& x, geom::Points& t) const override {
-        return limit_.normal_product(x, t);
+        return subd::SolverProducts(limit_).normal_product(x, t);
     }
     Eigen::Array3d normal_residual(const geom::Points& b, const geom::Points& x,
                                    geom::Points& s) const override {
-        return limit_.normal_product(
+        return subd::SolverProducts(limit_).normal_product(
             x, s, [&](Eigen::Index first, subd::LimitOperator::Rows rows) -> Eigen::Array3d {
                 rows = b.middleRows(first, rows.rows()) - rows;
                 return rows.colwise().squaredNorm().transpose();

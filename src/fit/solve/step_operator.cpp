@@ -1,5 +1,7 @@
 #include "fit/solve/step_operator.h"
 
+#include "subd/solver_products.h"
+
 #include <patchwright/base/parallel.h>
 
 #include <Eigen/Eigenvalues>
@@ -86,7 +88,8 @@ StepOperator::StepOperator(const subd::LimitOperator& samples, const SampleWeigh
       root_damping_(std::sqrt(damping)),
       constraints_(constraints) {
     const Eigen::VectorXd squares =
-        samples.column_squares() + bending.column_squares(largest_squares(bending, stiffness));
+        subd::SolverProducts(samples).column_squares() +
+        subd::SolverProducts(bending).column_squares(largest_squares(bending, stiffness));
     scale_ = squares.replicate<1, 3>();
     constraints.gather(scale_);
     for (Eigen::Index v = 0; v < scale_.rows(); ++v) {
@@ -153,8 +156,9 @@ Eigen::Array3d StepOperator::normal_product(const Points& x, Points& t) const {
             return norms;
         };
     };
-    Eigen::Array3d norms = samples_.normal_product(moved_, t, weighted(weights_));
-    norms += bending_.normal_product(moved_, sum_, weighted(stiffness_));
+    Eigen::Array3d norms =
+        subd::SolverProducts(samples_).normal_product(moved_, t, weighted(weights_));
+    norms += subd::SolverProducts(bending_).normal_product(moved_, sum_, weighted(stiffness_));
     const double damping = root_damping_ * root_damping_;
     std::vector<Eigen::Array3d> partial(std::size_t(x.rows()) / grain + 1, Eigen::Array3d::Zero());
     gather(t, sum_, [&](Eigen::Index first, auto rows) {
@@ -185,8 +189,10 @@ Eigen::Array3d StepOperator::normal_residual(const Points& b, const Points& x, P
             return norms;
         };
     };
-    Eigen::Array3d norms = samples_.normal_product(moved_, s, from(weights_, 0));
-    norms += bending_.normal_product(moved_, sum_, from(stiffness_, samples_.rows()));
+    Eigen::Array3d norms =
+        subd::SolverProducts(samples_).normal_product(moved_, s, from(weights_, 0));
+    norms += subd::SolverProducts(bending_).normal_product(moved_, sum_,
+                                                           from(stiffness_, samples_.rows()));
     std::vector<Eigen::Array3d> partial(std::size_t(x.rows()) / grain + 1, Eigen::Array3d::Zero());
     const Eigen::Index damped = samples_.rows() + bending_.rows();
     gather(s, sum_, [&](Eigen::Index first, auto rows) {
@@ -243,7 +249,7 @@ void weighted_blocks(const subd::LimitOperator& rows, const SampleWeights& weigh
                 }
             }
         });
-        rows.apply_squares_transposed(squares, sums);
+        subd::SolverProducts(rows).apply_squares_transposed(squares, sums);
     };
     set(true, diagonal);
     set(false, off);
