@@ -234,7 +234,7 @@ TEST_CASE("a boundary with corners takes one curve between two corners", "[fit][
     const mesh::Cage cage = square_grid({.boundary_rule = mesh::BoundaryRule::EdgeAndCorner});
     const auto found = match(cage, Plate());
     REQUIRE(found.paths.size() == 4);
-    CHECK(found.places.size() == 4);
+    CHECK(found.corners.size() == 4);
     for (const auto& path : found.paths) {
         CHECK(path.size() == 1);
         CHECK(length(path) == 2.0);
@@ -265,8 +265,8 @@ TEST_CASE("a boundary without corners, or with one, goes all the way round", "[f
     const auto loop = match(square_grid(one), Plate());
     REQUIRE(loop.paths.size() == 1);
     CHECK(length(loop.paths[0]) == Approx(8.0));
-    REQUIRE(loop.places.size() == 1);
-    CHECK(loop.places[0].point == Vec3(-1, -1, Plate::thickness));
+    REQUIRE(loop.corners.size() == 1);
+    CHECK(loop.corners[0].point == Vec3(-1, -1, Plate::thickness));
 }
 
 TEST_CASE("chains between the same corners take a curve each", "[fit][features]") {
@@ -339,7 +339,7 @@ TEST_CASE("creases that meet within a sharp edge go to where a smooth one begins
     const auto found = match(test::make_cage(points, faces, tags), reference);
     const Vec3 start(0, -1, 1), end(0, 1, 1);
     int at_ends = 0;
-    for (const auto& place : found.places) {
+    for (const auto& place : found.corners) {
         if (place.vertex.value == 8) CHECK((place.point - start).norm() == 0.0);
         if (place.vertex.value == 9) CHECK((place.point - end).norm() == 0.0);
         at_ends += place.vertex.value >= 8 ? 1 : 0;

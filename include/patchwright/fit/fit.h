@@ -1,5 +1,5 @@
-// Fits a cage to a reference surface: project the limit points, solve, refine until it is near
-// enough.
+// Fits a cage to a reference surface: project the limit points, solve, refine until the tolerance
+// is met.
 #pragma once
 
 #include <patchwright/base/progress.h>
@@ -107,12 +107,12 @@ struct FitResult {
 };
 
 /// Moves the control points so that the limit surface lies on the reference: samples inside the
-/// faces go to their foot points (on the side their own normal faces); chains of infinitely sharp
-/// edges to the sharp feature curves that lie along them, boundaries to free ones, corners to
-/// feature corners, where they then end exactly. Steps minimise distances along normals (tangent
-/// distance) and bending energy; a step that increases their sum is not taken. Where points of the
-/// reference stay beyond the tolerance, samples near them get them as targets; they count in
-/// FitLevel::largest. Steps that would invert faces are made again with these stiffened.
+/// faces go to their foot points (on the side that their own normals point to); chains of
+/// infinitely sharp edges to the sharp feature curves that lie along them, boundaries to free ones,
+/// corners to feature corners, where they then end exactly. Steps minimise distances along normals
+/// (tangent distance) and bending energy; a step that increases their sum is not taken. Where
+/// points of the reference stay beyond the tolerance, samples near them get them as targets; they
+/// count in FitLevel::largest. Steps that would invert faces are made again with these stiffened.
 /// Crease and boundary control points are solved first, for their own curves, and then held;
 /// creases follow smooth edges of the reference where no sharp ones are as near.
 /// A crease that ends within the surface ends where its curve does, within the tolerance, if the

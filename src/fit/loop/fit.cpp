@@ -38,7 +38,7 @@ struct Level {
     FitLevel figures;
     LevelError error;
     std::optional<int> symmetry_axis;
-    double side_reach = std::numeric_limits<double>::infinity();  ///< see foot_on_side
+    double foot_reach = std::numeric_limits<double>::infinity();  ///< see oriented_foot_point
 };
 
 void measure_level(Level& level, const LevelFit& fitted, const geom::ReferenceSurface& reference,
@@ -62,14 +62,17 @@ std::vector<geom::Vec3> reverse_points(const geom::ReferenceSurface& reference, 
     return points;
 }
 
-// Times as far as on the level before no point can be from where it belongs.
-constexpr double farthest = 10.0;
+// No foot point is farther than this times the largest distance of the level before.
+constexpr double foot_reach_growth = 10.0;
+// Where strips of different width meet, bending energy would move more than it makes fair.
+constexpr double local_fairness = 1e-2;
 
-/// Whether the last levels have hardly come nearer than those before them, neither where they are
-/// farthest nor on average: what is left then is not for want of control points.
+/// Whether the last levels have gained less than a twentieth of the largest distance and less than
+/// a seventh of the mean one: more control points do not help then
+/// (refinement_test: faces that gain nothing).
 bool is_stuck(const std::vector<FitLevel>& levels) {
     constexpr std::ptrdiff_t last = 3;
-    constexpr double hardly = 0.95, hardly_on_average = 0.85;
+    constexpr double max_ratio = 0.95, max_mean_ratio = 0.85;
     if (static_cast<std::ptrdiff_t>(levels.size()) <= last) return false;
     const auto least = [&](auto begin, auto end, const auto& figure) {
         double result = figure(*begin);
@@ -80,8 +83,8 @@ bool is_stuck(const std::vector<FitLevel>& levels) {
         return least(levels.end() - last, levels.end(), figure) <
                share * least(levels.begin(), levels.end() - last, figure);
     };
-    return !nearer([](const FitLevel& l) { return l.largest(); }, hardly) &&
-           !nearer([](const FitLevel& l) { return l.rms_mm; }, hardly_on_average);
+    return !nearer([](const FitLevel& l) { return l.largest(); }, max_ratio) &&
+           !nearer([](const FitLevel& l) { return l.rms_mm; }, max_mean_ratio);
 }
 
 /// Fits level after level to a reference that faces as the cage does.
@@ -111,10 +114,9 @@ class LevelLoop {
     void fit_level_now() {
         const auto start = std::chrono::steady_clock::now();
         FitOptions of_level = options_;
-        // Where strips of different width meet, bending would move more than it makes fair.
-        if (now_.figures.local) of_level.solver.fairness *= 1e-2;
+        if (now_.figures.local) of_level.solver.fairness *= local_fairness;
         LevelFit fitted =
-            fit_level(now_.cage, reference_, points_, of_level, now_.side_reach, now_.figures);
+            fit_level(now_.cage, reference_, points_, of_level, now_.foot_reach, now_.figures);
         if (fitted.stopped_by_time_limit) {
             if (!result_.levels.empty()) throw base::TimeLimitReached();
             result_.stopped_by_time_limit = true;
@@ -130,7 +132,7 @@ class LevelLoop {
 
     void keep_what_is_nearer() {
         const FitLevel& figures = now_.figures;
-        // Splitting strips moves the limit surface, and may leave it where steps do not lead back.
+        // Splitting strips moves the limit surface, from where steps may not lead back.
         worse_ = kept_ && figures.largest() > kept_->figures.largest() &&
                  figures.rms_mm > kept_->figures.rms_mm;
         retry_ = worse_ && figures.local;
@@ -159,7 +161,7 @@ class LevelLoop {
             next = refine_where_needed(kept_->cage, kept_->error, kept_->history, options_,
                                        retry_ ? Refinement::Global : options_.refinement);
         }
-        // Faces that gain nothing from single cuts get one in both directions before it is over.
+        // Before giving up, faces that gained nothing from single cuts are cut in both directions.
         if (!next && kept_->figures.local && !last_resort_) {
             last_resort_ = true;
             next = refine_where_needed(kept_->cage, kept_->error, {}, options_, Refinement::Global);
@@ -167,7 +169,7 @@ class LevelLoop {
         if (!next) return false;
         now_ = {.cage = std::move(next->cage),
                 .history = std::move(next->history),
-                .side_reach = farthest * kept_->figures.largest()};
+                .foot_reach = foot_reach_growth * kept_->figures.largest()};
         now_.figures.local = next->local;
         return true;
     }

@@ -36,21 +36,6 @@ inline std::optional<geom::Vec3> unit_or_none(const geom::Vec3& v) {
     return std::nullopt;
 }
 
-/// Where a limit point belongs: the nearest point, but not on the far side of something thin.
-/// Around a rounded edge normals turn by half a circle within a short way; a nearest point that
-/// faces sideways is on that edge, and the next one that faces the limit's normal may be far from
-/// it. In a small fold normals point to the wrong side, which shows by how far that is away.
-/// @param reach  no point is farther from where it belongs, millimetres
-inline geom::FootPoint foot_on_side(const geom::ReferenceSurface& reference,
-                                    const geom::Vec3& point, const std::optional<geom::Vec3>& side,
-                                    double reach) {
-    constexpr double opposite = -0.5;
-    const geom::FootPoint nearest = reference.foot_point(point);
-    if (!side || nearest.normal.dot(*side) > opposite) return nearest;
-    const geom::FootPoint facing = reference.foot_point(point, side);
-    return facing.distance <= reach ? facing : nearest;
-}
-
 struct LevelFit {
     geom::Points points;
     CurveSampling curves;
@@ -64,12 +49,12 @@ LevelFit given_level(const mesh::Cage& cage, const geom::ReferenceSurface& refer
                      const FitOptions& options);
 
 /// Control points whose limit surface is near the reference: rounds of projecting samples and
-/// solving, until near enough or no longer improving. Counts them in `level`.
-/// @param points  of the reference, which the limit surface is to come near, too
-/// @param side_reach  see foot_on_side
+/// solving, until they have converged or improve no longer. Counts them in `level`.
+/// @param points  of the reference, whose distances from the limit surface are minimised as well
+/// @param foot_reach  see oriented_foot_point
 /// @throw what options.progress throws, but for base::TimeLimitReached during the steps
 LevelFit fit_level(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
                    const std::vector<geom::Vec3>& points, const FitOptions& options,
-                   double side_reach, FitLevel& level);
+                   double foot_reach, FitLevel& level);
 
 }  // namespace patchwright::fit

@@ -6,45 +6,71 @@ namespace patchwright::fit {
 
 namespace {
 
-// Where less than this share of a face's area in the given cage is left, it is about to fold.
-constexpr double thin_share = 0.1;
-// Weight of samples whose foot point is not to be believed.
-constexpr double least_trust = 0.1;
+// Below this Jacobian ratio a face is about to be inverted by one of the next steps.
+constexpr double min_jacobian_ratio = 0.1;
+// Least weight of a sample whose foot point is not to be believed: without any, nothing would hold
+// the face there.
+constexpr double min_sample_weight = 0.1;
+// A foot point jumps when it moves by more than this times the way of its sample.
+constexpr double usual_foot_motion = 3.0;
+// Cosine of the angle between normals beyond which a foot point is on the far side.
+constexpr double opposing_cosine = -0.5;
 
 }  // namespace
 
-bool Projection::is_thin(Eigen::Index i) const { return extent[i] < thin_share; }
-
-Projection finished(Projection p) {
-    for (Eigen::Index i = 0; i < p.limit.rows(); ++i)
-        p.distances.add((p.limit.row(i) - p.target.row(i)).norm());
-    return p;
+Projection::Projection(const subd::LimitOperator& samples, const geom::Points& points) {
+    samples.apply(points, limit);
+    target.resize(limit.rows(), 3);
+    weights.direction = geom::Points::Zero(limit.rows(), 3);
+    weights.weight = Eigen::VectorXd::Ones(limit.rows());
+    jacobian_ratio.resize(limit.rows());
 }
 
-double trust(const Projection& p, const Projection* last, Eigen::Index row, double cosine,
-             double tolerance_mm) {
-    const double agreement = std::clamp(2.0 * cosine, least_trust, 1.0);
+bool Projection::is_nearly_inverted(Eigen::Index i) const {
+    return jacobian_ratio[i] < min_jacobian_ratio;
+}
+
+void Projection::sum_up() {
+    for (Eigen::Index i = 0; i < limit.rows(); ++i)
+        distances.add((limit.row(i) - target.row(i)).norm());
+}
+
+geom::FootPoint oriented_foot_point(const geom::ReferenceSurface& reference,
+                                    const geom::Vec3& point,
+                                    const std::optional<geom::Vec3>& normal, double reach) {
+    const geom::FootPoint nearest = reference.foot_point(point);
+    if (!normal || nearest.normal.dot(*normal) > opposing_cosine) return nearest;
+    const geom::FootPoint facing = reference.foot_point(point, normal);
+    return facing.distance <= reach ? facing : nearest;
+}
+
+double sample_weight(const Projection& p, const Projection* last, Eigen::Index row, double cosine,
+                     double tolerance_mm) {
+    // Full weight up to 60 degrees between the normals.
+    const double agreement = std::clamp(2.0 * cosine, min_sample_weight, 1.0);
     if (last == nullptr) return agreement;
     const double moved = (p.limit.row(row) - last->limit.row(row)).norm();
     const double jump = (p.target.row(row) - last->target.row(row)).norm();
-    const double usual = 3.0 * moved + tolerance_mm;
-    return agreement * std::clamp(usual / std::max(jump, 1e-300), least_trust, 1.0);
+    const double usual = usual_foot_motion * moved + tolerance_mm;
+    return agreement * std::clamp(usual / std::max(jump, 1e-300), min_sample_weight, 1.0);
 }
 
-bool hold_folds(FormStiffness& form, const std::vector<std::int32_t>& rows, const Projection& now,
-                const Projection& next, double slack_mm,
-                const std::function<bool(std::int32_t first, std::int32_t end)>& may_hold) {
+bool stiffen_inverted_faces(
+    Regularisation& regularisation, const std::vector<std::int32_t>& rows, const Projection& now,
+    const Projection& next, double scale_mm,
+    const std::function<bool(std::int32_t first, std::int32_t end)>& may_stiffen) {
     std::int64_t more = 0;
-    const double miss = now.distances.rms() / slack_mm;
+    const double miss = now.distances.rms() / scale_mm;
     for (std::size_t site = 0; site + 1 < rows.size(); ++site) {
-        bool thin = false;
+        bool any = false;
         for (auto i = rows[site]; i < rows[site + 1]; ++i) {
-            thin = thin || next.is_thin(i);
-            if (next.folds(i) == now.folds(i)) continue;
-            // Where only the foot point has changed sides, nothing has folded.
-            if (next.sense.row(i).dot(now.sense.row(i)) < 0.0) more += next.folds(i) ? 1 : -1;
+            any = any || next.is_nearly_inverted(i);
+            if (next.is_inverted(i) == now.is_inverted(i)) continue;
+            // Unless the sample itself has turned, only its foot point has changed sides.
+            if (next.normals.row(i).dot(now.normals.row(i)) < 0.0)
+                more += next.is_inverted(i) ? 1 : -1;
         }
-        if (thin && may_hold(rows[site], rows[site + 1])) form.hold(site, miss);
+        if (any && may_stiffen(rows[site], rows[site + 1])) regularisation.stiffen(site, miss);
     }
     return more > 0;
 }

@@ -1,53 +1,70 @@
-// Where the samples of a fit are and belong, and which of them fold.
+// Where the samples of a fit are and belong, and which of them are inverted.
 #pragma once
 
 #include "fit/loop/level_fit.h"
+#include "fit/solve/regularisation.h"
 #include "fit/solve/step_operator.h"
-#include "fit/solve/stiffness.h"
 
 #include <functional>
 
 namespace patchwright::fit {
 
-/// Limit points of a control mesh, where they should be, and how their residuals count.
+/// Share of the tolerance at which a fit has converged: to go on would cost fairness. The samples
+/// of the check are denser than those of the fit; half the tolerance is left for what lies between.
+inline constexpr double convergence_fraction = 0.4;
+
+/// Limit points of a control mesh, their targets, and how the residuals count.
 struct Projection {
     geom::Points limit, target;
     SampleWeights weights;
     Distances distances;
-    /// Of faces du x dv, of curves the way from the sample before to the next one.
-    geom::Points sense;
-    /// How much of that there is along the normal of the foot point, or along the given curve, of
-    /// what there was.
-    Eigen::VectorXd extent;
+    /// Of faces du x dv, not of unit length; of curves the chord from the previous to the next
+    /// sample.
+    geom::Points normals;
+    /// Jacobian along the normal of the foot point (of curves: along the given curve), in parts of
+    /// that of the given control points.
+    Eigen::VectorXd jacobian_ratio;
     bool of_curves = false;
 
-    /// About to fold.
-    [[nodiscard]] bool is_thin(Eigen::Index i) const;
-    [[nodiscard]] bool folds(Eigen::Index i) const { return extent[i] < 0.0; }
+    /// Limit points with unit weights and without targets.
+    Projection(const subd::LimitOperator& samples, const geom::Points& points);
+    /// Sets `distances`.
+    void sum_up();
 
-    /// Of the distances, as `weights` count them.
+    [[nodiscard]] bool is_nearly_inverted(Eigen::Index i) const;
+    [[nodiscard]] bool is_inverted(Eigen::Index i) const { return jacobian_ratio[i] < 0.0; }
+
+    /// Sum of squared distances, each times its squared weight.
     [[nodiscard]] double energy(const SampleWeights& by) const {
         return (limit - target).rowwise().squaredNorm().dot(by.weight.cwiseAbs2());
     }
 };
 
-/// Sums up the distances.
-Projection finished(Projection p);
+/// The foot point of a limit point, but not on the far side of something thin.
+/// Around a rounded edge normals turn by half a circle within a short way; a nearest point whose
+/// normal is across is on that edge, and the next one with the normal of the limit point may be far
+/// from it. In a small fold normals point to the wrong side; the distance of that foot point tells.
+/// @param normal  of the limit surface, unit
+/// @param reach   foot points farther away are not accepted, millimetres
+geom::FootPoint oriented_foot_point(const geom::ReferenceSurface& reference,
+                                    const geom::Vec3& point,
+                                    const std::optional<geom::Vec3>& normal, double reach);
 
-/// Weight of a sample: less where the foot point faces elsewhere than the sample, as on the wrong
-/// side of something thin or in a fold, and where it has jumped: not what it should be drawn to.
-/// @param last    projection before, if any
-/// @param cosine  of the angle between the normals of both
-double trust(const Projection& p, const Projection* last, Eigen::Index row, double cosine,
-             double tolerance_mm);
+/// Weight of a sample: less where the normal of the foot point disagrees with the sample's, as on
+/// the wrong side of something thin or in a fold, and where the foot point has jumped.
+/// @param last    the projection before, if any
+/// @param cosine  of the angle between the two normals
+double sample_weight(const Projection& p, const Projection* last, Eigen::Index row, double cosine,
+                     double tolerance_mm);
 
-/// Holds sites that fold after a step, or are about to, closer to their given form.
+/// Stiffens sites that a step inverts or nearly inverts.
 /// @param rows      first sample of each site, one more than sites
-/// @param slack_mm  of the form, see FormStiffness
-/// @param may_hold  for the samples of a site: whether its given form is worth keeping
-/// @return whether there are more folds than before
-bool hold_folds(FormStiffness& form, const std::vector<std::int32_t>& rows, const Projection& now,
-                const Projection& next, double slack_mm,
-                const std::function<bool(std::int32_t first, std::int32_t end)>& may_hold);
+/// @param scale_mm  of the tangential regularisation
+/// @param may_stiffen  for the samples of a site: whether its given shape is worth preserving
+/// @return whether more samples are inverted than before
+bool stiffen_inverted_faces(
+    Regularisation& regularisation, const std::vector<std::int32_t>& rows, const Projection& now,
+    const Projection& next, double scale_mm,
+    const std::function<bool(std::int32_t first, std::int32_t end)>& may_stiffen);
 
 }  // namespace patchwright::fit

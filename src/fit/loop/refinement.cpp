@@ -16,18 +16,21 @@ namespace {
 using mesh::FaceId;
 using mesh::Topology;
 
-// A direction is too coarse when it has at least this share of the changes along both.
+// A direction is too coarse when it has at least this share of the changes along both: a residual
+// that changes along one direction only is not split along the other.
 constexpr double coarse_share = 0.2;
-// Cuts after which a face that came no nearer is left alone: what is left is a feature that the
-// cage lacks.
-constexpr int patience = 5;
+// A face is not split again after this many splits in a row that gained too little: what is left
+// is a feature that the cage lacks (refinement_test: faces that gain nothing).
+constexpr int max_useless_splits = 5;
 // Of its parent's distance: a face with more than this left gained too little from the split.
 // Splits of smooth regions leave a sixteenth to a quarter.
 constexpr double max_remaining_error = 0.6;
-// Splitting all faces leaves the limit surface as it is; splitting most is not worth moving it.
-constexpr double most = 0.7;
-// Factor of the bending energy of the change when limit points go back to the coarse surface.
-constexpr double stiffness = 1e-3;
+// Splitting all faces leaves the limit surface as it is; when local refinement would split more
+// than this share of the edges, that is worth more than the faces saved.
+constexpr double max_local_share = 0.7;
+// Weight of the bending energy of the change when limit points are fitted to the coarse surface:
+// makes the problem regular without moving them.
+constexpr double split_bending = 1e-3;
 
 /// Bits as in ChordSplit::cuts.
 int wanted_cuts(const FaceError& error, double tolerance) {
@@ -40,14 +43,21 @@ int wanted_cuts(const FaceError& error, double tolerance) {
     return cuts;
 }
 
-/// What is missed beyond the tolerance in a face whose own samples are not half as far away: it is
-/// narrower than they are apart.
-struct UnseenPlace {
+/// A feature of the reference that is beyond the tolerance from a face whose own samples are less
+/// than half as far from the reference: it is narrower than the distance between these samples.
+struct UnresolvedFeature {
     FaceId face;
-    Eigen::Vector2d at;  ///< in the face
+    Eigen::Vector2d at;  ///< parameters in the face
     int cuts = 0;        ///< directions in which it is narrow, as in ChordSplit::cuts
     double size = 0.0;   ///< its distance, millimetres
 };
+
+// Samples that are at least this share as far from the reference as the feature resolve it.
+constexpr double resolved_share = 0.5;
+// A feature is narrow along a direction in which it is less than this many times as wide as high;
+// strips are halved until they are no wider than that (refinement_test: strips get as narrow).
+constexpr double narrow_ratio = 4.0;
+constexpr int min_beyond = 3;  // points beyond the tolerance that tell how wide it is
 
 /// Widths of a face's control polygon along u and along v.
 std::array<double, 2> widths(const mesh::Cage& cage, FaceId f) {
@@ -60,21 +70,20 @@ std::array<double, 2> widths(const mesh::Cage& cage, FaceId f) {
     return {0.5 * (length(0) + length(2)), 0.5 * (length(1) + length(3))};
 }
 
-std::vector<UnseenPlace> unseen_places(const mesh::Cage& cage, const LevelError& error) {
-    constexpr double seen = 0.5, narrow = 4.0;  // times the distance
-    constexpr int fewest = 3;                   // points that tell how wide it is
-    std::vector<UnseenPlace> places;
+std::vector<UnresolvedFeature> unresolved_features(const mesh::Cage& cage,
+                                                   const LevelError& error) {
+    std::vector<UnresolvedFeature> features;
     for (const FaceId f : cage.topology->faces()) {
         const FaceError& face = error.faces[f.index()];
-        if (face.max > seen * face.reverse || face.beyond_count < fewest) continue;
+        if (face.max > resolved_share * face.reverse || face.beyond_count < min_beyond) continue;
         const auto width = widths(cage, f);
-        UnseenPlace place{f, face.reverse_at, 0, face.reverse};
+        UnresolvedFeature feature{f, face.reverse_at, 0, face.reverse};
         for (int i = 0; i < 2; ++i)
-            if (face.beyond.sizes()[i] * width[std::size_t(i)] < narrow * face.reverse)
-                place.cuts |= 1 << i;
-        if (place.cuts != 0) places.push_back(place);
+            if (face.beyond.sizes()[i] * width[std::size_t(i)] < narrow_ratio * face.reverse)
+                feature.cuts |= 1 << i;
+        if (feature.cuts != 0) features.push_back(feature);
     }
-    return places;
+    return features;
 }
 
 std::vector<FaceHistory> inherit(const std::vector<FaceId>& parents, const std::vector<int>& cuts,
@@ -129,26 +138,26 @@ geom::Points former_limit(const mesh::Cage& cage, const mesh::ChordSplit& fine,
     return limit;
 }
 
-/// The places in the children that hold them.
-void pass_on(std::vector<UnseenPlace>& places, const mesh::ChordSplit& fine) {
+/// Moves features to the children of their faces.
+void pass_on(std::vector<UnresolvedFeature>& features, const mesh::ChordSplit& fine) {
     std::vector<int> first_child(fine.cuts.size(), -1);
     for (std::size_t f = fine.parents.size(); f-- > 0;)
         first_child[fine.parents[f].index()] = int(f);
-    for (UnseenPlace& place : places) {
-        const int cuts = fine.cuts[place.face.index()];
+    for (UnresolvedFeature& feature : features) {
+        const int cuts = fine.cuts[feature.face.index()];
         std::array<int, 2> half{0, 0};
         for (int i = 0; i < 2; ++i) {
             if ((cuts >> i & 1) == 0) continue;
-            half[std::size_t(i)] = place.at[i] < 0.5 ? 0 : 1;
-            place.at[i] = 2.0 * place.at[i] - half[std::size_t(i)];
+            half[std::size_t(i)] = feature.at[i] < 0.5 ? 0 : 1;
+            feature.at[i] = 2.0 * feature.at[i] - half[std::size_t(i)];
         }
         const auto quarter = std::find(quarters.begin(), quarters.end(), half) - quarters.begin();
-        place.face = FaceId{first_child[place.face.index()] +
-                            (cuts == 3 ? int(quarter) : std::max(half[0], half[1]))};
+        feature.face = FaceId{first_child[feature.face.index()] +
+                              (cuts == 3 ? int(quarter) : std::max(half[0], half[1]))};
     }
 }
 
-/// The cage with strips split, near its limit surface.
+/// The cage with strips split, its limit surface near that of the given one.
 mesh::Cage split_strips(const mesh::Cage& cage, const mesh::ChordSplit& fine,
                         const base::Progress& progress) {
     const Topology& t = *cage.topology;
@@ -166,7 +175,7 @@ mesh::Cage split_strips(const mesh::Cage& cage, const mesh::ChordSplit& fine,
                 weight[std::size_t(i)] * cage.points.row(t.vertex(corners[i]).value);
         }
     }
-    // Back to the coarse limit surface: least squares at equal parameters, a little stiff.
+    // Least squares at equal parameters brings it back to the coarse limit surface.
     const auto set = interior_grid(3);
     const auto sites = face_sites(*fine.topology);
     const subd::LimitOperator samples(*fine.topology, {set}, sites);
@@ -183,7 +192,7 @@ mesh::Cage split_strips(const mesh::Cage& cage, const mesh::ChordSplit& fine,
                                 Eigen::VectorXd::Ones(change.rows())};
     const SampleWeights stiff{.direction = geom::Points::Zero(bending.rows(), 3),
                               .weight = Eigen::VectorXd::Ones(bending.rows()),
-                              .without = std::sqrt(stiffness)};
+                              .without = std::sqrt(split_bending)};
     const StepOperator step(samples, weights, bending, stiff, 0.0, pins);
     next.points += step.displacements(
         solve_cgls(
@@ -194,20 +203,21 @@ mesh::Cage split_strips(const mesh::Cage& cage, const mesh::ChordSplit& fine,
     return next;
 }
 
-/// Halves strips at unseen places until they are about as wide as what is missed there.
-void split_at_unseen(NextLevel& next, std::vector<UnseenPlace> places, const FitOptions& options) {
-    constexpr double wide = 4.0;
+/// Halves strips at unresolved features until they are about as wide as these.
+void split_at_unresolved(NextLevel& next, std::vector<UnresolvedFeature> features,
+                         const FitOptions& options) {
     for (;;) {
         const Topology& t = *next.cage.topology;
         const mesh::Chords chords = mesh::find_chords(t);
         std::vector<char> chosen(std::size_t(chords.count), 0);
         bool any = false;
-        for (const UnseenPlace& place : places) {
-            const auto width = widths(next.cage, place.face);
+        for (const UnresolvedFeature& feature : features) {
+            const auto width = widths(next.cage, feature.face);
             for (int i = 0; i < 2; ++i) {
-                if ((place.cuts >> i & 1) == 0 || width[std::size_t(i)] <= wide * place.size)
+                if ((feature.cuts >> i & 1) == 0 ||
+                    width[std::size_t(i)] <= narrow_ratio * feature.size)
                     continue;
-                const mesh::EdgeId side = t.edge(t.corners(place.face)[i]);
+                const mesh::EdgeId side = t.edge(t.corners(feature.face)[i]);
                 chosen[std::size_t(chords.of_edge[side.index()])] = 1;
                 any = true;
             }
@@ -219,7 +229,7 @@ void split_at_unseen(NextLevel& next, std::vector<UnseenPlace> places, const Fit
         for (const FaceId parent : fine.parents) history.push_back(next.history[parent.index()]);
         next.cage = split_strips(next.cage, fine, options.progress);
         next.history = std::move(history);
-        pass_on(places, fine);
+        pass_on(features, fine);
     }
 }
 
@@ -235,7 +245,7 @@ std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const Level
     for (std::size_t f = 0; f < cuts.size(); ++f) {
         const double now = error.faces[f].largest();
         if (now <= max_remaining_error * history[f].parent) history[f].cuts = 0;
-        if (now <= options.tolerance_mm || history[f].cuts >= patience) continue;
+        if (now <= options.tolerance_mm || history[f].cuts >= max_useless_splits) continue;
         cuts[f] = wanted_cuts(error.faces[f], options.tolerance_mm);
         any = true;
     }
@@ -251,15 +261,15 @@ std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const Level
         }
         const auto edges = std::count_if(chords.of_edge.begin(), chords.of_edge.end(),
                                          [&](int c) { return chosen[std::size_t(c)] != 0; });
-        if (double(edges) < most * t.edge_count()) {
+        if (double(edges) < max_local_share * t.edge_count()) {
             const mesh::ChordSplit fine = split_chords(t, chords, chosen);
             if (fine.topology->vertex_count() > options.max_vertices) return std::nullopt;
             NextLevel next{.cage = split_strips(cage, fine, options.progress),
                            .history = inherit(fine.parents, fine.cuts, error, history),
                            .local = true};
-            std::vector<UnseenPlace> places = unseen_places(cage, error);
-            pass_on(places, fine);
-            split_at_unseen(next, std::move(places), options);
+            std::vector<UnresolvedFeature> features = unresolved_features(cage, error);
+            pass_on(features, fine);
+            split_at_unresolved(next, std::move(features), options);
             return next;
         }
     }

@@ -7,10 +7,10 @@
 
 namespace patchwright::fit {
 
-/// What is remembered of each face: how far its parent was, and how often splitting did not help.
+/// Of each face: the distance of its parent, and how often splitting gained too little.
 struct FaceHistory {
     double parent = std::numeric_limits<double>::infinity();
-    int cuts = 0;  ///< that did not bring the face nearer, one after the other
+    int cuts = 0;  ///< in a row that gained too little
 };
 
 /// The next level's cage, near the limit surface of this one.
@@ -20,8 +20,8 @@ struct NextLevel {
     bool local = false;
 };
 
-/// Chords that cross faces beyond the tolerance, in the direction in which their distance changes,
-/// are split; all faces are where most would be, where faces are not quads, and where asked for.
+/// Splits the chords that cross faces beyond the tolerance in the direction in which their distance
+/// changes; or all faces, where most would be split, where faces are not quads, or on request.
 /// @return nothing when no face that may gain is beyond the tolerance, or the cage would grow
 ///         beyond options.max_vertices
 std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const LevelError& error,

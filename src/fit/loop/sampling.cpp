@@ -87,7 +87,7 @@ class ChainWalk {
 
     void walk(VertexId from, EdgeId e) {
         const VertexId first = from;
-        Chain chain;
+        EdgeChain chain;
         chain.kind = topology_.is_boundary(e) ? CurveKind::Boundary : CurveKind::Crease;
         chain.vertices.push_back(from);
         for (;;) {
@@ -107,7 +107,7 @@ class ChainWalk {
     }
 
     /// Sides 0 and 1 are sampled along the half-edge, sides 2 and 3 against it.
-    void add_sites(Chain& chain, EdgeId e, VertexId from) {
+    void add_sites(EdgeChain& chain, EdgeId e, VertexId from) {
         const CornerId c = topology_.corner(e);
         const FaceId f = topology_.face(c);
         const int n = topology_.size(f);

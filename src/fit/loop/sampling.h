@@ -1,4 +1,4 @@
-// Which points of the limit surface a fit looks at.
+// The points of the limit surface that a fit samples.
 #pragma once
 
 #include <patchwright/mesh/topology.h>
@@ -13,7 +13,7 @@ namespace patchwright::fit {
 enum class CurveKind { Crease, Boundary };
 
 /// A maximal run of crease or of boundary edges without a corner of the cage inside.
-struct Chain {
+struct EdgeChain {
     CurveKind kind = CurveKind::Crease;
     bool closed = false;
     /// Along the chain; one more than edges, or as many when it is closed.
@@ -25,7 +25,7 @@ struct Chain {
 struct CurveSampling {
     std::vector<subd::Site> sites;
     std::vector<int> chain_of_site;
-    std::vector<Chain> chains;
+    std::vector<EdgeChain> chains;
 };
 
 /// Parameters ((i + 1/2) / n, (j + 1/2) / n).

@@ -4,12 +4,12 @@
 
 namespace patchwright::fit {
 
-std::vector<int> assign(const Eigen::MatrixXd& cost, const Eigen::VectorXd& without) {
+std::vector<int> assign(const Eigen::MatrixXd& cost, const Eigen::VectorXd& unassigned) {
     const auto rows = static_cast<int>(cost.rows());
     const auto real = static_cast<int>(cost.cols());
-    const int columns = real + rows;  // as many more as rows: what it costs to be left alone
+    const int columns = real + rows;  // as many more as rows: unassigned, at that cost
     const auto price = [&](int row, int column) {
-        return column < real ? cost(row, column) : without[row];
+        return column < real ? cost(row, column) : unassigned[row];
     };
     // Rows and columns count from 1; column 0 holds the row that is being added.
     std::vector<double> row_potential(std::size_t(rows) + 1, 0.0);

@@ -11,14 +11,23 @@ using geom::Vec3;
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
+// Points at which a piece of a curve is compared with a chain.
 constexpr int piece_samples = 16;
+// A way round a closed curve is taken in place of the shortest path when it is this much nearer to
+// the chain (features_test: a chain follows its own way).
+constexpr double detour_gain = 0.7;
+// A chain reaches this share of its length, see FitOptions::feature_reach_rel.
+constexpr double reach_of_length = 0.1;
+// See ChainMatcher::length_cost(), in parts of the reach.
+constexpr double length_cost_rel = 1e-3;
 
-/// By how much more a curve of the reference counts as far from a chain of this kind: creases may
-/// follow smooth edges where no sharp one is as near.
-double dearness(FeatureKind chain, FeatureKind curve) {
-    constexpr double of_smooth = 3.0;
+/// Factor of the distance to curves of another kind: creases may follow smooth edges where no sharp
+/// one is a third as far (features_test: a crease goes on along smooth edges).
+double kind_mismatch_penalty(FeatureKind chain, FeatureKind curve) {
+    constexpr double smooth_for_sharp = 3.0;
     if (chain == curve) return 1.0;
-    return chain == FeatureKind::Sharp && curve == FeatureKind::Smooth ? of_smooth : infinity;
+    return chain == FeatureKind::Sharp && curve == FeatureKind::Smooth ? smooth_for_sharp
+                                                                       : infinity;
 }
 
 }  // namespace
@@ -30,7 +39,7 @@ ChainMatcher::ChainMatcher(const geom::ReferenceSurface& reference,
       curve_ends_(curve_ends),
       kind_(kind),
       reach_(reach),
-      same_mm_(same_rel * reference.bounds().diagonal()) {}
+      coincidence_mm_(coincidence_rel * reference.bounds().diagonal()) {}
 
 FeaturePath ChainMatcher::match(Polyline& line, bool closed, std::array<int, 2> ends,
                                 const std::array<LooseEnd, 2>& loose,
@@ -52,12 +61,12 @@ FeaturePath ChainMatcher::match(Polyline& line, bool closed, std::array<int, 2> 
     const double length = length_of(line);
     move_ends(line, ends, stops);
     const bool loop = closed || (ends[0] >= 0 && ends[0] == ends[1]);
-    Candidate best;
-    if (!loop) best = candidate(line, {0.0, 1.0}, stops);
-    // A way round may be what the chain follows, though there is a shorter one.
-    const Candidate round = candidate(line, {0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0}, stops);
-    if (round.score < 0.7 * best.score) best = round;
-    const double allowed = std::max(reach_, 0.1 * length);
+    ScoredPath best;
+    if (!loop) best = scored_path(line, {0.0, 1.0}, stops);
+    // The chain may follow a longer way round.
+    const ScoredPath round = scored_path(line, {0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0}, stops);
+    if (round.score < detour_gain * best.score) best = round;
+    const double allowed = std::max(reach_, reach_of_length * length);
     return mean_distance_to(best.path, line) <= allowed ? best.path : FeaturePath{};
 }
 
@@ -85,10 +94,10 @@ std::optional<Stop> ChainMatcher::nearest_stop(const Vec3& q) const {
     std::optional<Stop> best;
     double distance = infinity;
     for (std::size_t c = 0; c < features_.curves.size(); ++c) {
-        const double dear = dearness(kind_, features_.curves[c].kind);
-        if (std::isinf(dear)) continue;
+        const double penalty = kind_mismatch_penalty(kind_, features_.curves[c].kind);
+        if (std::isinf(penalty)) continue;
         const auto hit = reference_.nearest_on_curve(int(c), q);
-        const double far = dear * (hit.distance + little());
+        const double far = penalty * (hit.distance + length_cost());
         if (far >= distance) continue;
         distance = far;
         best = Stop{-1, hit.point};
@@ -100,7 +109,7 @@ std::optional<Stop> ChainMatcher::nearest_end(const LooseEnd& end) const {
     double distance = end.reach;
     std::optional<Stop> best;
     for (std::size_t c = 0; c < features_.curves.size(); ++c) {
-        if (std::isinf(dearness(kind_, features_.curves[c].kind))) continue;
+        if (std::isinf(kind_mismatch_penalty(kind_, features_.curves[c].kind))) continue;
         for (const int place : curve_ends_.places[c]) {
             if (place < 0) continue;
             const bool corner = place < int(features_.corners.size());
@@ -117,10 +126,10 @@ std::optional<Stop> ChainMatcher::nearest_end(const LooseEnd& end) const {
     return best;
 }
 
-ChainMatcher::Candidate ChainMatcher::candidate(const Polyline& line,
-                                                const std::vector<double>& shares,
-                                                const std::array<Stop, 2>& ends) const {
-    Candidate result;
+ChainMatcher::ScoredPath ChainMatcher::scored_path(const Polyline& line,
+                                                   const std::vector<double>& shares,
+                                                   const std::array<Stop, 2>& ends) const {
+    ScoredPath result;
     Stop from = ends[0];
     for (std::size_t i = 1; i < shares.size(); ++i) {
         const Polyline section = part_of(line, shares[i - 1], shares[i]);
@@ -159,22 +168,22 @@ double ChainMatcher::mean_distance_to(const FeaturePath& path, const Polyline& l
     return sum / double(line.size());
 }
 
-double ChainMatcher::little() const { return 1e-3 * reach_; }
+double ChainMatcher::length_cost() const { return length_cost_rel * reach_; }
 
 std::vector<std::vector<ChainMatcher::Link>> ChainMatcher::links(const Stop& from,
                                                                  const Stop& to) const {
     std::vector<std::vector<Link>> result(curve_ends_.points.size() + 2);
     for (std::size_t c = 0; c < features_.curves.size(); ++c) {
         const geom::FeatureCurve& curve = features_.curves[c];
-        const double dear = dearness(kind_, curve.kind);
-        if (std::isinf(dear)) continue;
+        const double penalty = kind_mismatch_penalty(kind_, curve.kind);
+        if (std::isinf(penalty)) continue;
         std::vector<std::pair<double, int>> nodes;
         const auto [start, end] = curve_ends_.places[c];
         if (start >= 0) nodes.emplace_back(0.0, start + 2);
         for (const auto& [stop, node] : {std::pair(&from, 0), std::pair(&to, 1)}) {
             if (stop->corner >= 0) continue;
             const auto here = reference_.nearest_on_curve(int(c), stop->point);
-            if (here.distance < same_mm_) nodes.emplace_back(here.arc_length, node);
+            if (here.distance < coincidence_mm_) nodes.emplace_back(here.arc_length, node);
         }
         if (end >= 0) nodes.emplace_back(curve.length, end + 2);
         std::stable_sort(nodes.begin(), nodes.end(),
@@ -184,8 +193,8 @@ std::vector<std::vector<ChainMatcher::Link>> ChainMatcher::links(const Stop& fro
         }
         for (std::size_t i = 1; i < nodes.size(); ++i) {
             const FeaturePiece piece{int(c), {nodes[i - 1].first, nodes[i].first}};
-            result[std::size_t(nodes[i - 1].second)].push_back({nodes[i].second, piece, dear});
-            result[std::size_t(nodes[i].second)].push_back({nodes[i - 1].second, piece, dear});
+            result[std::size_t(nodes[i - 1].second)].push_back({nodes[i].second, piece, penalty});
+            result[std::size_t(nodes[i].second)].push_back({nodes[i - 1].second, piece, penalty});
         }
     }
     return result;
@@ -215,8 +224,8 @@ std::optional<FeaturePath> ChainMatcher::shortest_path(const Polyline& line, con
             const auto next = std::size_t(link.to);
             if (done[next] != 0) continue;
             const double length = link.piece.range.to - link.piece.range.from;
-            const double sum =
-                cost[at] + link.dear * length * (mean_distance(link.piece, line) + little());
+            const double sum = cost[at] + link.penalty * length *
+                                              (mean_distance(link.piece, line) + length_cost());
             if (sum >= cost[next]) continue;
             cost[next] = sum;
             back[next] = {at, link.piece};

@@ -14,8 +14,9 @@
 
 namespace patchwright::fit {
 
-/// Of the diagonal: points that are nearer to each other are one place.
-inline constexpr double same_rel = 1e-6;
+/// In parts of the reference's diagonal: points closer to each other coincide. Above the rounding
+/// of CAD files, below any feature.
+inline constexpr double coincidence_rel = 1e-6;
 
 /// Where a path begins or ends: a corner of the reference or a point of one of its curves.
 struct Stop {
@@ -47,18 +48,18 @@ class ChainMatcher {
     FeaturePath match(Polyline& line, bool closed, std::array<int, 2> ends,
                       const std::array<LooseEnd, 2>& loose, std::array<Stop, 2>& stops) const;
 
-    /// What a moved chain is off a whole curve: means of both ways.
+    /// Mean distance of a moved chain from a whole curve, plus that of the curve from the chain.
     [[nodiscard]] double distance(int curve, const Polyline& line) const;
 
   private:
-    struct Candidate {
+    struct ScoredPath {
         FeaturePath path;
         double score = std::numeric_limits<double>::infinity();
     };
     struct Link {
         int to;
         FeaturePiece piece;
-        double dear;
+        double penalty;  ///< see kind_mismatch_penalty()
     };
 
     /// The chain goes where its ends go.
@@ -69,14 +70,14 @@ class ChainMatcher {
     /// begins at a sharp rim; for darts also corners where one ends within the surface.
     [[nodiscard]] std::optional<Stop> nearest_end(const LooseEnd& end) const;
     /// The path whose sections between these shares of the chain are the best for each.
-    [[nodiscard]] Candidate candidate(const Polyline& line, const std::vector<double>& shares,
-                                      const std::array<Stop, 2>& ends) const;
+    [[nodiscard]] ScoredPath scored_path(const Polyline& line, const std::vector<double>& shares,
+                                         const std::array<Stop, 2>& ends) const;
     /// From a piece to the chain.
     [[nodiscard]] double mean_distance(const FeaturePiece& piece, const Polyline& line) const;
     /// From the chain to a path.
     [[nodiscard]] double mean_distance_to(const FeaturePath& path, const Polyline& line) const;
-    /// What a way along curves costs for its length alone.
-    [[nodiscard]] double little() const;
+    /// Added to distances so that of two paths at distance zero the shorter one costs less.
+    [[nodiscard]] double length_cost() const;
     /// The pieces of all curves of the kind between corners and these two stops, which are nodes
     /// 0 and 1; place p of CurveEnds is node p + 2. A stop may lie on several curves.
     [[nodiscard]] std::vector<std::vector<Link>> links(const Stop& from, const Stop& to) const;
@@ -89,7 +90,7 @@ class ChainMatcher {
     const geom::CurveEnds& curve_ends_;
     geom::FeatureKind kind_;
     double reach_;
-    double same_mm_;
+    double coincidence_mm_;
 };
 
 }  // namespace patchwright::fit

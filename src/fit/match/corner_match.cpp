@@ -15,11 +15,16 @@ using mesh::VertexId;
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
+// Corners of the reference closer than this share of the reach are told apart by the directions of
+// their curves (features_test: corners in one place).
+constexpr double crowded_rel = 0.05;
+// A corner reaches this share of its shortest chain, see FitOptions::feature_reach_rel.
+constexpr double reach_of_chain = 0.25;
 
-/// How far chains that are moved with their end to a corner of the reference go astray from the
-/// curves that end there: mean square over their first parts.
-double straying(const std::vector<ChainEnd>& ends, const Vec3& at, int corner,
-                const geom::ReferenceSurface& reference) {
+/// Mean squared distance between the first parts of chains, once moved with their end to a corner
+/// of the reference, and the curves that end there.
+double mean_squared_deviation(const std::vector<ChainEnd>& ends, const Vec3& at, int corner,
+                              const geom::ReferenceSurface& reference) {
     constexpr double first_part = 0.3;
     constexpr int samples = 4;
     const Features& features = reference.features();
@@ -40,7 +45,7 @@ double straying(const std::vector<ChainEnd>& ends, const Vec3& at, int corner,
 }
 
 /// Which corners of the reference are so near to others, as on both sides of a slit, that distance
-/// does not tell them apart.
+/// does not distinguish them.
 std::vector<char> crowded_corners(const Features& features, double near) {
     std::vector<char> crowded(features.corners.size(), 0);
     for (std::size_t i = 0; i < crowded.size(); ++i)
@@ -55,9 +60,8 @@ std::vector<char> crowded_corners(const Features& features, double near) {
 std::map<VertexId, int> match_corners(const std::vector<VertexId>& vertices, const Points& points,
                                       const ChainEnds& chains,
                                       const geom::ReferenceSurface& reference, double reach) {
-    constexpr double near_in_reaches = 0.05;
     const Features& features = reference.features();
-    const std::vector<char> crowded = crowded_corners(features, near_in_reaches * reach);
+    const std::vector<char> crowded = crowded_corners(features, crowded_rel * reach);
     Eigen::MatrixXd cost(Eigen::Index(vertices.size()), Eigen::Index(features.corners.size()));
     Eigen::VectorXd without(cost.rows());
     for (Eigen::Index i = 0; i < cost.rows(); ++i) {
@@ -68,19 +72,20 @@ std::map<VertexId, int> match_corners(const std::vector<VertexId>& vertices, con
             double shortest = infinity;
             for (const ChainEnd& end : here->second)
                 shortest = std::min(shortest, length_of(end.line));
-            far = std::max(far, 0.25 * shortest);
+            far = std::max(far, reach_of_chain * shortest);
         }
         without[i] = far * far;
         for (Eigen::Index j = 0; j < cost.cols(); ++j) {
             const double d = (features.corners[std::size_t(j)].point - at).norm();
             cost(i, j) = d <= far ? d * d : infinity;
             if (d <= far && crowded[std::size_t(j)] != 0 && here != chains.end())
-                cost(i, j) += std::min(without[i], straying(here->second, at, int(j), reference));
+                cost(i, j) += std::min(without[i],
+                                       mean_squared_deviation(here->second, at, int(j), reference));
         }
     }
-    // Rather a corner at the end of its reach than none; none is better than one beyond.
-    const double dear = 2.0 * without.sum();
-    const auto assigned = assign(cost.cwiseMin(4.0 * dear), (without.array() + dear).matrix());
+    // Any corner within reach costs less than none, and none less than one beyond.
+    const double none = 2.0 * without.sum();
+    const auto assigned = assign(cost.cwiseMin(4.0 * none), (without.array() + none).matrix());
     std::map<VertexId, int> result;
     for (std::size_t i = 0; i < vertices.size(); ++i) {
         if (assigned[i] >= 0) result[vertices[i]] = assigned[i];

@@ -19,9 +19,9 @@ struct ChainEnd {
 using ChainEnds = std::map<mesh::VertexId, std::vector<ChainEnd>>;
 
 /// Corners of the reference by vertex, one to one, with the least sum of squared distances; none
-/// beyond `reach` or a quarter of the vertex' shortest chain. Where corners of the reference are
-/// as good as in one place, as on both sides of a slit, those are taken whose curves run along the
-/// vertex' chains.
+/// beyond `reach` or a quarter of the vertex' shortest chain. Where corners of the reference
+/// nearly coincide, as on both sides of a slit, those are taken whose curves run along the vertex'
+/// chains.
 std::map<mesh::VertexId, int> match_corners(const std::vector<mesh::VertexId>& vertices,
                                             const geom::Points& points, const ChainEnds& chains,
                                             const geom::ReferenceSurface& reference, double reach);

@@ -9,8 +9,10 @@ using geom::Vec3;
 namespace {
 
 constexpr int sides = 4;
-// Of samples of creases beside those of the surface: there are few.
-constexpr double weight = 3.0;
+// Weight of a sample of a crease, where those of the surface have 1: there are few of them, and
+// faces next to a dart must not pull it from its curve (features_test: a crease that ends within
+// the surface).
+constexpr double dart_weight = 3.0;
 
 }  // namespace
 
@@ -29,12 +31,12 @@ std::vector<subd::ParameterSet> surface_sets(int n) {
 DartSamples::DartSamples(const mesh::Topology& topology, const CurveSampling& curves,
                          const FeatureMatch& match, const geom::ReferenceSurface& reference)
     : match_(match), reference_(reference) {
-    for (const FeatureMatch::Dart& dart : match.darts) {
+    for (const DartTarget& dart : match.darts) {
         samples_.push_back({vertex_site(topology, dart.vertex), dart.chain, dart.point});
         samples_.back().site.set += sides;
     }
-    for (const FeatureMatch::Dart& dart : match.darts) {
-        const Chain& chain = curves.chains[std::size_t(dart.chain)];
+    for (const DartTarget& dart : match.darts) {
+        const EdgeChain& chain = curves.chains[std::size_t(dart.chain)];
         // Two edges have four sites where faces are no quads.
         const std::size_t last = std::min<std::size_t>(4, chain.sites.size());
         const bool at_start = chain.vertices.front() == dart.vertex;
@@ -55,7 +57,7 @@ std::vector<subd::Site> DartSamples::after_curves(std::vector<subd::Site> sites)
 }
 
 std::vector<subd::Site> DartSamples::after_faces(std::vector<subd::Site> sites) const {
-    for (const Sample& sample : samples_) {
+    for (const DartSample& sample : samples_) {
         sites.push_back(sample.site);
         ++sites.back().set;
     }
@@ -71,7 +73,7 @@ void DartSamples::project(const subd::LimitOperator& samples, Projection& p) con
     const auto& rows = samples.site_rows();
     const std::size_t first = rows.size() - 1 - count(p.of_curves);
     for (std::size_t site = first; site + 1 < rows.size(); ++site) {
-        const Sample& sample = samples_[site - first];
+        const DartSample& sample = samples_[site - first];
         for (auto row = rows[site]; row < rows[site + 1]; ++row) {
             const FeaturePath& path = match_.paths[std::size_t(sample.chain)];
             const Vec3 target =
@@ -79,9 +81,9 @@ void DartSamples::project(const subd::LimitOperator& samples, Projection& p) con
                     ? *sample.place
                     : nearest_on_path(reference_, path, p.limit.row(row).transpose()).point;
             p.target.row(row) = target.transpose();
-            p.weights.weight[row] = weight;
-            p.sense.row(row).setZero();
-            p.extent[row] = 1.0;
+            p.weights.weight[row] = dart_weight;
+            p.normals.row(row).setZero();
+            p.jacobian_ratio[row] = 1.0;
         }
     }
 }

@@ -32,7 +32,7 @@ class DartSamples {
     void project(const subd::LimitOperator& samples, Projection& p) const;
 
   private:
-    struct Sample {
+    struct DartSample {
         subd::Site site;                  ///< for use with curve_sets()
         int chain = -1;                   ///< the crease, whose path its points belong to
         std::optional<geom::Vec3> place;  ///< of a dart's limit point; none: along an edge
@@ -41,7 +41,7 @@ class DartSamples {
 
     const FeatureMatch& match_;
     const geom::ReferenceSurface& reference_;
-    std::vector<Sample> samples_;  ///< first the darts' own limit points, then edges
+    std::vector<DartSample> samples_;  ///< first the darts' own limit points, then edges
 };
 
 }  // namespace patchwright::fit

@@ -24,15 +24,18 @@ using mesh::VertexId;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-FeatureKind feature_kind(const Chain& chain) {
+FeatureKind feature_kind(const EdgeChain& chain) {
     return chain.kind == CurveKind::Crease ? FeatureKind::Sharp : FeatureKind::Free;
 }
 
-/// Chains between the same two corners, of which some were given the same curve though there are
-/// others, get one each, with the least sum of distances.
-void part_curves(const std::vector<Chain>& chains, const std::vector<std::array<int, 2>>& corners,
-                 const std::vector<Polyline>& lines, const geom::ReferenceSurface& reference,
-                 const geom::CurveEnds& curve_ends, double reach, std::vector<FeaturePath>& paths) {
+/// Chains between the same two corners, of which some have the same curve though there are others,
+/// get one each, with the least sum of distances.
+void assign_parallel_curves(const std::vector<EdgeChain>& chains,
+                            const std::vector<std::array<int, 2>>& corners,
+                            const std::vector<Polyline>& lines,
+                            const geom::ReferenceSurface& reference,
+                            const geom::CurveEnds& curve_ends, double reach,
+                            std::vector<FeaturePath>& paths) {
     const Features& features = reference.features();
     using Key = std::pair<std::pair<int, int>, FeatureKind>;
     std::map<Key, std::vector<std::size_t>> groups;
@@ -56,8 +59,8 @@ void part_curves(const std::vector<Chain>& chains, const std::vector<std::array<
         for (Eigen::Index i = 0; i < cost.rows(); ++i)
             for (Eigen::Index j = 0; j < cost.cols(); ++j)
                 cost(i, j) = matcher.distance(curves[std::size_t(j)], lines[group[std::size_t(i)]]);
-        const double dear = 1.0 + 2.0 * cost.sum();
-        const auto assigned = assign(cost, Eigen::VectorXd::Constant(cost.rows(), dear));
+        const double unassigned = 1.0 + 2.0 * cost.sum();  // more than any assignment
+        const auto assigned = assign(cost, Eigen::VectorXd::Constant(cost.rows(), unassigned));
         for (std::size_t i = 0; i < group.size(); ++i) {
             if (assigned[i] < 0) continue;
             const int curve = curves[std::size_t(assigned[i])];
@@ -67,7 +70,7 @@ void part_curves(const std::vector<Chain>& chains, const std::vector<std::array<
 }
 
 /// The chain as points, with its ends where those have a fixed place.
-Polyline chain_line(const Chain& chain, const Points& points, const Points& samples,
+Polyline chain_line(const EdgeChain& chain, const Points& points, const Points& samples,
                     int samples_per_site, const std::vector<VertexId>& fixed) {
     const auto add_end = [&](Polyline& line, VertexId v) {
         if (!chain.closed && std::find(fixed.begin(), fixed.end(), v) != fixed.end())
@@ -98,6 +101,41 @@ geom::FeaturePoint nearest_on_path(const geom::ReferenceSurface& reference, cons
     return best;
 }
 
+namespace {
+
+/// The ends of all chains by vertex, as lines from there on.
+ChainEnds ends_of(const std::vector<EdgeChain>& chains, const std::vector<Polyline>& lines) {
+    ChainEnds ends;
+    for (std::size_t i = 0; i < chains.size(); ++i) {
+        const FeatureKind kind = feature_kind(chains[i]);
+        ends[chains[i].vertices.front()].push_back({kind, lines[i]});
+        ends[chains[i].vertices.back()].push_back({kind, {lines[i].rbegin(), lines[i].rend()}});
+    }
+    return ends;
+}
+
+/// How far the ends of an open chain may go for the end of a curve.
+std::array<LooseEnd, 2> loose_ends(const EdgeChain& chain, double length, const Points& points,
+                                   const std::vector<VertexId>& fixed, const ChainEnds& chain_ends,
+                                   double reach) {
+    const std::size_t last = chain.vertices.size() - 1;
+    std::array<LooseEnd, 2> loose;
+    for (std::size_t k = 0; k < 2; ++k) {
+        const VertexId end = chain.vertices[k == 0 ? 0 : last];
+        const VertexId inner = chain.vertices[k == 0 ? 1 : last - 1];
+        const Vec3 at = points.row(end.value).transpose();
+        const Vec3 before = points.row(inner.value).transpose();
+        const bool dart = std::find(fixed.begin(), fixed.end(), end) == fixed.end();
+        const bool joins = chain_ends.at(end).size() > 2;
+        // Both ends of a chain are not to go to the same place.
+        const double near = std::min((at - before).norm(), 0.5 * length);
+        loose[k] = {at, joins ? reach : dart ? near : 0.0, dart};
+    }
+    return loose;
+}
+
+}  // namespace
+
 FeatureMatch match_features(const mesh::Topology& topology, const Points& points,
                             const CurveSampling& curves, const Points& samples,
                             int samples_per_site, const geom::ReferenceSurface& reference,
@@ -105,65 +143,51 @@ FeatureMatch match_features(const mesh::Topology& topology, const Points& points
     const Features& features = reference.features();
     const auto fixed = corner_vertices(topology);
     std::vector<Polyline> lines;
-    ChainEnds chain_ends;
-    for (const Chain& chain : curves.chains) {
+    for (const EdgeChain& chain : curves.chains)
         lines.push_back(chain_line(chain, points, samples, samples_per_site, fixed));
-        Polyline line = lines.back();
-        chain_ends[chain.vertices.front()].push_back({feature_kind(chain), line});
-        std::reverse(line.begin(), line.end());
-        chain_ends[chain.vertices.back()].push_back({feature_kind(chain), std::move(line)});
-    }
+    const ChainEnds chain_ends = ends_of(curves.chains, lines);
     const auto corners = match_corners(fixed, points, chain_ends, reference, reach);
     const geom::CurveEnds curve_ends =
-        geom::curve_ends(features, same_rel * reference.bounds().diagonal());
+        geom::curve_ends(features, coincidence_rel * reference.bounds().diagonal());
     FeatureMatch result;
-    std::vector<std::array<int, 2>> chain_corners;
-    std::map<VertexId, Vec3> places;
-    std::map<VertexId, bool> has_chain;
+    std::vector<std::array<int, 2>> chain_corners(lines.size(), {-1, -1});
+    std::map<VertexId, Vec3> targets;
+    std::map<VertexId, bool> has_path;  // any chain of a fixed vertex
     for (std::size_t i = 0; i < lines.size(); ++i) {
-        const Chain& chain = curves.chains[i];
+        const EdgeChain& chain = curves.chains[i];
         const std::array<VertexId, 2> ends{chain.vertices.front(), chain.vertices.back()};
-        std::array<int, 2> end_corners{-1, -1};
-        for (std::size_t k = 0; k < 2 && !chain.closed; ++k) {
-            const auto corner = corners.find(ends[k]);
-            if (corner != corners.end()) end_corners[k] = corner->second;
-        }
-        chain_corners.push_back(end_corners);
-        const std::array<VertexId, 2> inner{chain.vertices[1],
-                                            chain.vertices[chain.vertices.size() - 2]};
         std::array<LooseEnd, 2> loose;
-        for (std::size_t k = 0; k < 2 && !chain.closed; ++k) {
-            const Vec3 at = points.row(ends[k].value).transpose();
-            const Vec3 before = points.row(inner[k].value).transpose();
-            const bool dart = std::find(fixed.begin(), fixed.end(), ends[k]) == fixed.end();
-            const bool joins = chain_ends[ends[k]].size() > 2;
-            // Both ends of a chain are not to go to the same place.
-            const double near = std::min((at - before).norm(), 0.5 * length_of(lines[i]));
-            loose[k] = {at, joins ? reach : dart ? near : 0.0, dart};
+        if (!chain.closed) {
+            loose = loose_ends(chain, length_of(lines[i]), points, fixed, chain_ends, reach);
+            for (std::size_t k = 0; k < 2; ++k) {
+                const auto corner = corners.find(ends[k]);
+                if (corner != corners.end()) chain_corners[i][k] = corner->second;
+            }
         }
         std::array<Stop, 2> stops;
         result.paths.push_back(ChainMatcher(reference, curve_ends, feature_kind(chain), reach)
-                                   .match(lines[i], chain.closed, end_corners, loose, stops));
+                                   .match(lines[i], chain.closed, chain_corners[i], loose, stops));
+        const bool found = !result.paths.back().empty();
         for (std::size_t k = 0; k < 2 && !chain.closed; ++k) {
             if (loose[k].dart) {
-                if (!result.paths.back().empty() && stops[k].ends_curve)
+                if (found && stops[k].ends_curve)
                     result.darts.push_back({ends[k], int(i), stops[k].point});
                 continue;
             }
-            has_chain.try_emplace(ends[k], false);
-            if (result.paths.back().empty()) continue;
-            has_chain[ends[k]] = true;
-            places.try_emplace(ends[k], stops[k].point);
+            bool& any = has_path.try_emplace(ends[k], false).first->second;
+            any = any || found;
+            if (found) targets.try_emplace(ends[k], stops[k].point);
         }
     }
-    part_curves(curves.chains, chain_corners, lines, reference, curve_ends, reach, result.paths);
+    assign_parallel_curves(curves.chains, chain_corners, lines, reference, curve_ends, reach,
+                           result.paths);
     for (const auto& [vertex, corner] : corners) {
         // A corner whose sharp edges belong to nothing is no corner of the reference.
-        const auto chain = has_chain.find(vertex);
-        if (chain != has_chain.end() && !chain->second) continue;
-        places[vertex] = features.corners[std::size_t(corner)].point;
+        const auto path = has_path.find(vertex);
+        if (path != has_path.end() && !path->second) continue;
+        targets[vertex] = features.corners[std::size_t(corner)].point;
     }
-    for (const auto& [vertex, point] : places) result.places.push_back({vertex, point});
+    for (const auto& [vertex, point] : targets) result.corners.push_back({vertex, point});
     return result;
 }
 

@@ -17,29 +17,31 @@ struct FeaturePiece {
 };
 using FeaturePath = std::vector<FeaturePiece>;
 
-struct FeatureMatch {
-    std::vector<FeaturePath> paths;  ///< one a chain
-    /// Vertices with a fixed limit point that have their place: corners of the reference, or points
-    /// of the curve where a chain ends on one that has no corner there.
-    struct Place {
-        mesh::VertexId vertex;
-        geom::Vec3 point;
-    };
-    std::vector<Place> places;
-    /// An end of a crease within the surface, and where its limit point belongs: the end of a
-    /// curve. Darts that have none as near as the next vertex, or half the chain, are left out.
-    struct Dart {
-        mesh::VertexId vertex;
-        int chain;
-        geom::Vec3 point;
-    };
-    std::vector<Dart> darts;
+/// A vertex with a fixed limit point, and where that belongs: at a corner of the reference, or at a
+/// point of the curve where a chain ends on one that has no corner there.
+struct VertexTarget {
+    mesh::VertexId vertex;
+    geom::Vec3 point;
 };
 
-/// Corners go to corners of the reference one to one, with the least sum of squared distances; a
-/// chain goes to the sequence of curves of its kind between its corners that it is nearest to, once
-/// it is moved along with its ends. Corners farther than `reach` and chains that are farther on
-/// average than `reach`, or a tenth of their length if that is more, belong to nothing.
+/// An end of a crease within the surface, and where its limit point belongs: at the end of a curve.
+struct DartTarget {
+    mesh::VertexId vertex;
+    int chain;
+    geom::Vec3 point;
+};
+
+struct FeatureMatch {
+    std::vector<FeaturePath> paths;  ///< one a chain
+    std::vector<VertexTarget> corners;
+    /// Without darts for which no curve ends as near as the next vertex, or half the chain.
+    std::vector<DartTarget> darts;
+};
+
+/// Corners go to corners of the reference one to one, with the least sum of squared distances. The
+/// chain between two corners is moved with them and goes to the nearest sequence of curves of its
+/// kind between these corners. Corners farther than `reach` and chains that are farther on average
+/// than `reach`, or a tenth of their length if that is more, belong to nothing.
 /// @param samples  limit points of the sites of `curves`, `samples_per_site` each
 FeatureMatch match_features(const mesh::Topology& topology, const geom::Points& points,
                             const CurveSampling& curves, const geom::Points& samples,

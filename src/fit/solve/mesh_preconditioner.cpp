@@ -32,7 +32,7 @@ MeshPreconditioner::MeshPreconditioner(const Topology& t, double a)
     : a_(a), rings_(std::size_t(t.vertex_count())) {
     base::parallel_for(rings_.size(), grain, [&](std::size_t first, std::size_t last) {
         for (std::size_t v = first; v < last; ++v) {
-            Ring& ring = rings_[v];
+            Neighbours& ring = rings_[v];
             std::size_t quads = 0;
             const CornerId start = t.corner(VertexId{static_cast<std::int32_t>(v)});
             CornerId c = start;
@@ -53,11 +53,11 @@ MeshPreconditioner::MeshPreconditioner(const Topology& t, double a)
     for (std::size_t v = 0; v < rings_.size(); ++v) {
         if (rings_[v][0] >= 0) continue;
         const VertexId vertex{static_cast<std::int32_t>(v)};
-        const std::size_t begin = others_.size();
-        others_.push_back({vertex.value, 1.0F, 0.0F, 0.0F});
+        const std::size_t begin = irregular_.size();
+        irregular_.push_back({vertex.value, 1.0F, 0.0F, 0.0F});
         const auto add_edge = [&](VertexId end, int quads) {
-            others_.push_back({end.value, 0.0F, -1.0F, static_cast<float>(-quads)});
-            others_[begin].edges += 1.0F;
+            irregular_.push_back({end.value, 0.0F, -1.0F, static_cast<float>(-quads)});
+            irregular_[begin].edges += 1.0F;
         };
         const CornerId start = t.corner(vertex);
         CornerId c = start;
@@ -65,8 +65,8 @@ MeshPreconditioner::MeshPreconditioner(const Topology& t, double a)
             const CornerId next = t.next(c), twin = t.twin(c);
             add_edge(t.vertex(next), int(is_quad(t, c)) + int(is_quad(t, twin)));
             if (is_quad(t, c)) {
-                others_.push_back({t.vertex(t.next(next)).value, 0.0F, 0.0F, 1.0F});
-                others_[begin].quads += 1.0F;
+                irregular_.push_back({t.vertex(t.next(next)).value, 0.0F, 0.0F, 1.0F});
+                irregular_[begin].quads += 1.0F;
             }
             const CornerId further = t.rotate(c);
             if (!further.valid()) {
@@ -77,7 +77,7 @@ MeshPreconditioner::MeshPreconditioner(const Topology& t, double a)
             c = further;
         }
         rings_[v][1] = static_cast<std::int32_t>(begin);
-        rings_[v][2] = static_cast<std::int32_t>(others_.size());
+        rings_[v][2] = static_cast<std::int32_t>(irregular_.size());
     }
 }
 
@@ -91,7 +91,7 @@ void MeshPreconditioner::products(const Points& x, std::size_t first, std::size_
                                   const Row& row) const {
     const double centre = (1 + 2 * a_) * (1 + 2 * a_), edge = -a_ * (1 + 2 * a_), far = a_ * a_;
     for (std::size_t v = first; v < last; ++v) {
-        const Ring& ring = rings_[v];
+        const Neighbours& ring = rings_[v];
         double sum[3];
         if (ring[0] >= 0) {
             const double* p[8];
@@ -104,7 +104,7 @@ void MeshPreconditioner::products(const Points& x, std::size_t first, std::size_
         } else {
             std::fill(sum, sum + 3, 0.0);
             for (auto i = ring[1]; i < ring[2]; ++i) {
-                const Other& other = others_[std::size_t(i)];
+                const IrregularWeight& other = irregular_[std::size_t(i)];
                 const double weight = other.fixed + a_ * other.edges + a_ * a_ * other.quads;
                 for (int c = 0; c < 3; ++c) {
                     sum[c] += weight * x.data()[3 * std::ptrdiff_t(other.vertex) + c];

@@ -34,10 +34,10 @@ class MeshPreconditioner final : public Preconditioner {
 
   private:
     /// Of a vertex with four quads around it: ends of its edges, then the quads' far corners. Of
-    /// any other one: -1, and where its weights begin and end in others_.
-    using Ring = std::array<std::int32_t, 8>;
+    /// any other one: -1, and where its weights begin and end in irregular_.
+    using Neighbours = std::array<std::int32_t, 8>;
     /// Weight of a vertex: fixed + a * edges + a^2 * quads.
-    struct Other {
+    struct IrregularWeight {
         std::int32_t vertex;
         float fixed, edges, quads;
     };
@@ -47,8 +47,8 @@ class MeshPreconditioner final : public Preconditioner {
     void products(const geom::Points& x, std::size_t first, std::size_t last, const Row& row) const;
 
     double a_;
-    std::vector<Ring> rings_;
-    std::vector<Other> others_;  // the vertex itself first
+    std::vector<Neighbours> rings_;
+    std::vector<IrregularWeight> irregular_;  // the vertex itself first
     std::vector<Block> blocks_;
     mutable geom::Points turned_;  // G s; spares its allocation
 };

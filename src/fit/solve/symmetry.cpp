@@ -17,16 +17,21 @@ using mesh::CornerId;
 using mesh::EdgeId;
 using mesh::VertexId;
 
-constexpr int curve_samples = 24;
+constexpr int curve_samples = 24;  // of each piece that is compared with the plane
 // The sine of half a degree: what still counts as a right angle.
 constexpr double right_angle = 0.0087;
+// Points this near to the plane lie on it: a share of the diagonal for imprecise CAD, and of the
+// tolerance so that moving them onto the plane is not noticed.
+constexpr double on_plane_rel = 1e-5, on_plane_of_tolerance = 0.1;
+// Normals are taken this share of the diagonal inside of the plane, where foot points are unique.
+constexpr double inward_rel = 1e-4;
 
 class PlaneSearch {
   public:
     PlaneSearch(const geom::ReferenceSurface& reference, const FitOptions& options)
         : reference_(reference),
           diagonal_(reference.bounds().diagonal()),
-          off_(std::min(1e-5 * diagonal_, 0.1 * options.tolerance_mm)) {}
+          off_(std::min(on_plane_rel * diagonal_, on_plane_of_tolerance * options.tolerance_mm)) {}
 
     [[nodiscard]] bool ends_at(int axis) const {
         const geom::Box3 box = reference_.bounds();
@@ -42,7 +47,7 @@ class PlaneSearch {
 
     [[nodiscard]] bool is_at_right_angles(const FeaturePath& path, int axis) const {
         const geom::Box3 box = reference_.bounds();
-        const double inward = std::copysign(1e-4 * diagonal_, box.centre()[axis]);
+        const double inward = std::copysign(inward_rel * diagonal_, box.centre()[axis]);
         bool right = true;
         visit(path, [&](const Vec3& p) {
             const auto foot = reference_.foot_point(p + inward * Vec3::Unit(axis));
@@ -87,9 +92,9 @@ std::vector<VertexId> neighbours(const mesh::Topology& topology, VertexId v) {
     }
 }
 
-SymmetryPlane on_plane(int axis, const mesh::Topology& topology, const geom::Points& points,
-                       const CurveSampling& curves, const FeatureMatch& match,
-                       const PlaneSearch& search) {
+std::optional<SymmetryPlane> on_plane(int axis, const mesh::Topology& topology,
+                                      const geom::Points& points, const CurveSampling& curves,
+                                      const FeatureMatch& match, const PlaneSearch& search) {
     SymmetryPlane plane{.axis = axis};
     std::vector<char> on(std::size_t(topology.vertex_count()), 0);
     // What all chains through a vertex agree on.
@@ -103,7 +108,7 @@ SymmetryPlane on_plane(int axis, const mesh::Topology& topology, const geom::Poi
             entry->second = entry->second && is_right;
         }
     }
-    if (right.empty()) return {};
+    if (right.empty()) return std::nullopt;
     for (const VertexId v : topology.vertices()) {
         if (search.is_near(points(v.value, axis))) on[v.index()] = 1;
         if (on[v.index()] != 0) plane.vertices.push_back(v.value);
@@ -127,18 +132,20 @@ SymmetryPlane on_plane(int axis, const mesh::Topology& topology, const geom::Poi
 
 }  // namespace
 
-SymmetryPlane find_symmetry(const mesh::Topology& topology, const geom::Points& points,
-                            const CurveSampling& curves, const FeatureMatch& match,
-                            const geom::ReferenceSurface& reference, const FitOptions& options) {
-    if (options.symmetry == Symmetry::None) return {};
+std::optional<SymmetryPlane> find_symmetry(const mesh::Topology& topology,
+                                           const geom::Points& points, const CurveSampling& curves,
+                                           const FeatureMatch& match,
+                                           const geom::ReferenceSurface& reference,
+                                           const FitOptions& options) {
+    if (options.symmetry == Symmetry::None) return std::nullopt;
     const PlaneSearch search(reference, options);
     const auto plane = [&](int axis) {
         return on_plane(axis, topology, points, curves, match, search);
     };
     if (options.symmetry != Symmetry::Detect) {
         const int axis = static_cast<int>(options.symmetry) - static_cast<int>(Symmetry::X);
-        SymmetryPlane asked = plane(axis);
-        if (asked.axis < 0) {
+        auto asked = plane(axis);
+        if (!asked) {
             throw base::InvalidArgument(fmt::format(
                 "symmetry: no sharp edges or borders of the cage belong to edges of the model that "
                 "lie on the plane {} = 0",
@@ -146,11 +153,12 @@ SymmetryPlane find_symmetry(const mesh::Topology& topology, const geom::Points& 
         }
         return asked;
     }
-    SymmetryPlane best;
+    std::optional<SymmetryPlane> best;
     for (int axis = 0; axis < 3; ++axis) {
         if (!search.ends_at(axis)) continue;
-        SymmetryPlane found = plane(axis);
-        if (found.vertices.size() > best.vertices.size()) best = std::move(found);
+        auto found = plane(axis);
+        if (found && (!best || found->vertices.size() > best->vertices.size()))
+            best = std::move(found);
     }
     return best;
 }

@@ -6,10 +6,12 @@
 
 #include <patchwright/fit/fit.h>
 
+#include <optional>
+
 namespace patchwright::fit {
 
 struct SymmetryPlane {
-    int axis = -1;              ///< the plane is coordinate axis = 0; -1: there is none
+    int axis = 0;               ///< the plane is this coordinate = 0
     std::vector<int> vertices;  ///< control points on it
     /// See PointConstraints::followers: where the reference meets the plane at right angles.
     std::vector<std::pair<int, int>> followers;
@@ -18,8 +20,10 @@ struct SymmetryPlane {
 /// The plane x, y or z = 0 on which chains of the cage end with the reference, which lies on one
 /// side of it.
 /// @throw InvalidArgument when the plane that is asked for has no chain on it
-SymmetryPlane find_symmetry(const mesh::Topology& topology, const geom::Points& points,
-                            const CurveSampling& curves, const FeatureMatch& match,
-                            const geom::ReferenceSurface& reference, const FitOptions& options);
+std::optional<SymmetryPlane> find_symmetry(const mesh::Topology& topology,
+                                           const geom::Points& points, const CurveSampling& curves,
+                                           const FeatureMatch& match,
+                                           const geom::ReferenceSurface& reference,
+                                           const FitOptions& options);
 
 }  // namespace patchwright::fit

@@ -1,4 +1,4 @@
-#include "fit/solve/stiffness.h"
+#include "fit/solve/regularisation.h"
 
 #include "fit/loop/level_fit.h"
 #include "fit/loop/sampling.h"
@@ -17,12 +17,12 @@ using mesh::Topology;
 
 namespace {
 
-// What slides where something is about to fold counts so much more than before, and at most so
-// much in all.
-constexpr double stiffer = 10.0, stiffest = 1e4;
+// A site that is about to be inverted has its tangential weight multiplied by this each time, and
+// at most by max_stiffening in all, beyond which the normal equations become ill-conditioned.
+constexpr double stiffening_factor = 10.0, max_stiffening = 1e4;
 
-/// Of the evenness of each row: each in the widths of its face.
-Eigen::VectorXd evenness_of(const Topology& topology, const Points& points, double slack) {
+/// Tangential weight of each row: second derivatives in units of the face's widths.
+Eigen::VectorXd tangential_weights(const Topology& topology, const Points& points, double scale) {
     std::vector<double> rows;
     rows.reserve(std::size_t(12) * std::size_t(topology.face_count()));
     std::vector<double> sides;
@@ -45,25 +45,26 @@ Eigen::VectorXd evenness_of(const Topology& topology, const Points& points, doub
     return Eigen::Map<const Eigen::VectorXd>(rows.data(), Eigen::Index(rows.size()))
                .cwiseMax(1e-300)
                .cwiseInverse() *
-           std::pow(slack, 2);
+           std::pow(scale, 2);
 }
 
-/// The same of sides: only what is along them counts, rows of other directions do not.
-Eigen::VectorXd evenness_of(const std::vector<subd::Site>& sides,
-                            const std::vector<std::int32_t>& site_rows,
-                            const subd::LimitOperator& ends, const Points& points, double slack) {
+/// The same of sides: only second derivatives along them count.
+Eigen::VectorXd tangential_weights(const std::vector<subd::Site>& sides,
+                                   const std::vector<std::int32_t>& site_rows,
+                                   const subd::LimitOperator& ends, const Points& points,
+                                   double scale) {
     Points limit;
     ends.apply(points, limit);
-    Eigen::VectorXd evenness = Eigen::VectorXd::Zero(site_rows.back());
+    Eigen::VectorXd tangential = Eigen::VectorXd::Zero(site_rows.back());
     for (std::size_t site = 0; site < sides.size(); ++site) {
         const auto at = ends.site_rows()[site];
         const double length = (limit.row(at + 1) - limit.row(at)).norm() +
                               (limit.row(at + 2) - limit.row(at + 1)).norm();
         const int along = sides[site].set % 2 == 0 ? 0 : 2;  // uu or vv
         for (auto row = site_rows[site]; row < site_rows[site + 1]; row += 3)
-            evenness[row + along] = std::pow(slack / std::max(length, 1e-150), 2);
+            tangential[row + along] = std::pow(scale / std::max(length, 1e-150), 2);
     }
-    return evenness;
+    return tangential;
 }
 
 /// Both ends and the middle of each side.
@@ -76,44 +77,47 @@ std::vector<subd::ParameterSet> side_ends() {
 
 }  // namespace
 
-FormStiffness::FormStiffness(subd::LimitOperator rows, subd::LimitOperator places,
-                             const Points& given, Eigen::VectorXd evenness, bool of_curves)
+Regularisation::Regularisation(subd::LimitOperator rows, subd::LimitOperator positions,
+                               const Points& given, Eigen::VectorXd tangential, bool of_curves)
     : rows_(std::move(rows)),
-      places_(std::move(places)),
-      evenness_(std::move(evenness)),
+      positions_(std::move(positions)),
+      tangential_(std::move(tangential)),
       factors_(rows_.site_rows().size() - 1, 1.0),
       of_curves_(of_curves) {
     rows_.apply(given, given_);
 }
 
-FormStiffness FormStiffness::of_surface(const Topology& topology, const Points& given,
-                                        double slack) {
+Regularisation Regularisation::of_surface(const Topology& topology, const Points& given,
+                                          double scale) {
     const auto sites = face_sites(topology);
     return {subd::LimitOperator(topology, {interior_grid(2)}, sites, subd::SampleRows::Bending),
             subd::LimitOperator(topology, {interior_grid(2)}, sites,
                                 subd::SampleRows::PointsAndTangents),
-            given, evenness_of(topology, given, slack), false};
+            given, tangential_weights(topology, given, scale), false};
 }
 
-FormStiffness FormStiffness::of_curves(const Topology& topology,
-                                       const std::vector<subd::Site>& sites, const Points& given,
-                                       double slack) {
+Regularisation Regularisation::of_curves(const Topology& topology,
+                                         const std::vector<subd::Site>& sites, const Points& given,
+                                         double scale) {
     subd::LimitOperator rows(topology, side_sets(2), sites, subd::SampleRows::Bending);
-    subd::LimitOperator places(topology, side_ends(), sites);
-    Eigen::VectorXd evenness = evenness_of(sites, rows.site_rows(), places, given, slack);
-    return {std::move(rows), std::move(places), given, std::move(evenness), true};
+    subd::LimitOperator positions(topology, side_ends(), sites);
+    Eigen::VectorXd tangential =
+        tangential_weights(sites, rows.site_rows(), positions, given, scale);
+    return {std::move(rows), std::move(positions), given, std::move(tangential), true};
 }
 
-void FormStiffness::hold(std::size_t site, double miss) {
+void Regularisation::stiffen(std::size_t site, double miss) {
     const double least = std::max(1.0, miss * miss);
     double& factor = factors_[site];
-    factor = std::max(factor, std::min(std::max(stiffer * factor, least), stiffest * least));
+    factor = std::max(
+        factor, std::min(std::max(stiffening_factor * factor, least), max_stiffening * least));
 }
 
-Points FormStiffness::directions(const Points& points) const {
+Points Regularisation::directions(const Points& points) const {
     Points result(rows_.rows(), 3);
     const auto& rows = rows_.site_rows();
-    places_.visit_sites(points, [&](std::size_t begin, std::size_t end, auto ends, auto normals) {
+    positions_.visit_sites(points, [&](std::size_t begin, std::size_t end, auto ends,
+                                       auto normals) {
         if (!of_curves_) {
             for (Eigen::Index i = 0; i < normals.rows(); ++i) {
                 const auto normal = unit_or_none(normals.row(i).transpose());
@@ -135,53 +139,57 @@ Points FormStiffness::directions(const Points& points) const {
     return result;
 }
 
-Stiffness FormStiffness::around(const Points& points, double bending, double evenness) const {
-    Stiffness s{.bending = of_curves_ ? 0.0 : bending, .evenness = evenness * evenness_};
+RegularisationWeights Regularisation::weights_at(const Points& points, double bending,
+                                                 double tangential) const {
+    RegularisationWeights s{.bending = of_curves_ ? 0.0 : bending,
+                            .tangential = tangential * tangential_};
     const auto& rows = rows_.site_rows();
     for (std::size_t site = 0; site < factors_.size(); ++site)
-        s.evenness.segment(rows[site], rows[site + 1] - rows[site]) *= factors_[site];
+        s.tangential.segment(rows[site], rows[site + 1] - rows[site]) *= factors_[site];
     s.rows.direction = directions(points);
     if (of_curves_) {
-        s.rows.weight = s.evenness.cwiseSqrt();
+        s.rows.weight = s.tangential.cwiseSqrt();
         s.rows.across = s.rows.without = 0.0;
         return s;
     }
     s.rows.along = std::sqrt(bending);
-    s.rows.across_by_row = (s.evenness.array() + bending).sqrt();
+    s.rows.across_by_row = (s.tangential.array() + bending).sqrt();
     s.rows.without = s.rows.along;
     return s;
 }
 
-Eigen::RowVector3d FormStiffness::sliding(const Stiffness& s, const Eigen::RowVector3d& row,
-                                          Eigen::Index i) const {
+Eigen::RowVector3d Regularisation::tangential_part(const RegularisationWeights& s,
+                                                   const Eigen::RowVector3d& row,
+                                                   Eigen::Index i) const {
     const Eigen::RowVector3d n = s.rows.direction.row(i);
     if (n.isZero()) return Eigen::RowVector3d::Zero();
     const Eigen::RowVector3d along = row.dot(n) * n;
     return of_curves_ ? along : row - along;
 }
 
-Points FormStiffness::changes(const Points& points, const Stiffness& s) const {
+Points Regularisation::changes(const Points& points, const RegularisationWeights& s) const {
     Points rows;
     rows_.apply(points, rows);
     base::parallel_for(std::size_t(rows.rows()), 4096, [&](std::size_t first, std::size_t last) {
         for (auto i = Eigen::Index(first); i < Eigen::Index(last); ++i) {
-            const double both = s.bending + s.evenness[i];
-            const double share = both > 0.0 ? s.evenness[i] / both : 0.0;
-            rows.row(i) = share * sliding(s, given_.row(i), i) - rows.row(i);
+            const double both = s.bending + s.tangential[i];
+            const double share = both > 0.0 ? s.tangential[i] / both : 0.0;
+            rows.row(i) = share * tangential_part(s, given_.row(i), i) - rows.row(i);
         }
     });
     return rows;
 }
 
-double FormStiffness::energy(const Points& points, const Stiffness& s) const {
+double Regularisation::energy(const Points& points, const RegularisationWeights& s) const {
     const auto& rows_of = rows_.site_rows();
     std::vector<double> of_site(rows_of.size() - 1, 0.0);
     rows_.visit_sites(points, [&](std::size_t begin, std::size_t end, auto rows, auto) {
         for (std::size_t site = begin; site < end; ++site) {
             for (auto i = rows_of[site]; i < rows_of[site + 1]; ++i) {
                 const Eigen::RowVector3d now = rows.row(i - rows_of[begin]);
-                of_site[site] += s.bending * now.squaredNorm() +
-                                 s.evenness[i] * sliding(s, now - given_.row(i), i).squaredNorm();
+                of_site[site] +=
+                    s.bending * now.squaredNorm() +
+                    s.tangential[i] * tangential_part(s, now - given_.row(i), i).squaredNorm();
             }
         }
     });
