@@ -1,19 +1,12 @@
+#include "geom/disjoint_sets.h"
+
 #include <patchwright/mesh/chords.h>
 
 #include <array>
-#include <numeric>
 
 namespace patchwright::mesh {
 
 namespace {
-
-int root(std::vector<int>& parent, int e) {
-    while (parent[std::size_t(e)] != e) {
-        parent[std::size_t(e)] = parent[std::size_t(parent[std::size_t(e)])];
-        e = parent[std::size_t(e)];
-    }
-    return e;
-}
 
 class Splitter {
   public:
@@ -128,21 +121,16 @@ class Splitter {
 }  // namespace
 
 Chords find_chords(const Topology& topology) {
-    std::vector<int> parent(std::size_t(topology.edge_count()));
-    std::iota(parent.begin(), parent.end(), 0);
+    geom::DisjointSets sets(std::size_t(topology.edge_count()));
     for (const FaceId f : topology.faces()) {
         const auto corners = topology.corners(f);
-        for (int i = 0; i < 2; ++i) {
-            const int a = root(parent, topology.edge(corners[i]).value);
-            const int b = root(parent, topology.edge(corners[i + 2]).value);
-            parent[std::size_t(std::max(a, b))] = std::min(a, b);
-        }
+        for (int i = 0; i < 2; ++i)
+            sets.join(topology.edge(corners[i]).value, topology.edge(corners[i + 2]).value);
     }
     Chords chords;
-    chords.of_edge.assign(parent.size(), -1);
+    chords.of_edge.assign(sets.size(), -1);
     for (const EdgeId e : topology.edges()) {
-        // The root of a chord is its first edge.
-        const int first = root(parent, e.value);
+        const int first = sets.find(e.value);
         chords.of_edge[e.index()] =
             first == e.value ? chords.count++ : chords.of_edge[std::size_t(first)];
     }

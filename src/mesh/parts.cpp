@@ -1,3 +1,5 @@
+#include "geom/disjoint_sets.h"
+
 #include <patchwright/mesh/parts.h>
 
 #include <map>
@@ -73,38 +75,23 @@ class Collector {
 
 std::vector<Cage> connected_parts(const Cage& cage) {
     const Topology& t = *cage.topology;
-    std::vector<int> part(std::size_t(t.vertex_count()), -1);
-    int count = 0;
-    for (const VertexId first : t.vertices()) {
-        if (part[first.index()] >= 0) continue;
-        part[first.index()] = count;
-        std::vector<VertexId> pending{first};
-        while (!pending.empty()) {
-            const VertexId v = pending.back();
-            pending.pop_back();
-            CornerId c = t.corner(v);
-            do {
-                for (const CornerId other : t.corners(t.face(c))) {
-                    const VertexId w = t.vertex(other);
-                    if (part[w.index()] >= 0) continue;
-                    part[w.index()] = count;
-                    pending.push_back(w);
-                }
-                c = t.rotate(c);
-            } while (c.valid() && c != t.corner(v));
-        }
-        ++count;
-    }
-    if (count == 1) return {cage};
+    geom::DisjointSets sets(std::size_t(t.vertex_count()));
+    for (const FaceId f : t.faces())
+        for (const CornerId c : t.corners(f))
+            sets.join(t.vertex(c).value, t.vertex(t.next(c)).value);
+    const std::vector<std::vector<int>> members = sets.sets();
+    if (members.size() == 1) return {cage};
+    std::vector<int> part(sets.size());
+    for (std::size_t number = 0; number < members.size(); ++number)
+        for (const int v : members[number]) part[std::size_t(v)] = int(number);
     std::vector<Cage> parts;
-    for (int number = 0; number < count; ++number) {
+    for (std::size_t number = 0; number < members.size(); ++number) {
         Collector collector(t.boundary_rule());
-        collector.add(t, part, number);
+        collector.add(t, part, int(number));
         Cage one{collector.topology(), {}};
         one.points.resize(one.topology->vertex_count(), 3);
         Eigen::Index row = 0;
-        for (const VertexId v : t.vertices())
-            if (part[v.index()] == number) one.points.row(row++) = cage.points.row(v.value);
+        for (const int v : members[number]) one.points.row(row++) = cage.points.row(v);
         parts.push_back(std::move(one));
     }
     return parts;

@@ -19,8 +19,15 @@ using Row = Eigen::RowVectorXd;
 // Eigenvalues closer than this are one: a double one comes out of the iteration split by the root
 // of the rounding. Those of different frequencies differ by more than 1e-3 up to valence 50.
 constexpr double same_eigenvalue = 1e-6;
+// Relative to a row: smaller parts along an eigenspace are rounding of its projection.
 constexpr double no_component = 1e-8;
 constexpr int largest_block = 3;  // of the Jordan form
+// Singular values below this are zero: matrices have entries of order 1, and powers up to
+// largest_block of a shifted one keep about ten digits.
+constexpr double zero_singular_value = 1e-9;
+// Relative differences of forms and directions that are equal but for the rounding of projections,
+// which eigenvectors of close eigenvalues amplify (derivatives_test, valences up to 20).
+constexpr double same_direction = 1e-6, in_plane_tolerance = 1e-5;
 
 /// Distinct real eigenvalues below 1, largest modulus first.
 std::vector<double> contracting_eigenvalues(const Matrix& matrix) {
@@ -52,7 +59,7 @@ Matrix null_space(const Matrix& matrix) {
     const Eigen::JacobiSVD<Matrix> svd(matrix, Eigen::ComputeFullV);
     const auto& values = svd.singularValues();
     Eigen::Index rank = 0;
-    while (rank < values.size() && values[rank] > 1e-9) ++rank;
+    while (rank < values.size() && values[rank] > zero_singular_value) ++rank;
     return svd.matrixV().rightCols(matrix.cols() - rank);
 }
 
@@ -80,7 +87,7 @@ std::optional<std::vector<PowerPart>> power_parts(const Matrix& matrix, double e
     const Matrix left = null_space(power.transpose());
     if (right.cols() == 0 || right.cols() != left.cols()) return std::nullopt;
     Eigen::FullPivLU<Matrix> product(left.transpose() * right);
-    product.setThreshold(1e-6);
+    product.setThreshold(same_direction);
     if (!product.isInvertible()) return std::nullopt;
     const Matrix projection = right * product.solve(left.transpose());
     // (eigenvalue + nilpotent)^k = eigenvalue^k exp(k log(1 + nilpotent / eigenvalue)).
@@ -144,7 +151,7 @@ std::optional<Matrix> common_form(const std::vector<PowerPart>& parts, const Gro
         return vanishing == static_cast<int>(forms.size()) ? std::optional(forms[0]) : std::nullopt;
     }
     for (const Matrix& form : forms) {
-        if ((form - forms[0]).norm() > 1e-6) return std::nullopt;
+        if ((form - forms[0]).norm() > same_direction) return std::nullopt;
     }
     return forms[0];
 }
@@ -163,14 +170,15 @@ TangentRows rows_of(const Matrix& form, const std::vector<PowerPart>& parts,
                     const CornerProbes& probes) {
     const Eigen::JacobiSVD<Matrix> svd(form, Eigen::ComputeThinU);
     if (svd.singularValues().size() > 2 &&
-        svd.singularValues()[2] > 1e-6 * svd.singularValues()[0]) {
+        svd.singularValues()[2] > same_direction * svd.singularValues()[0]) {
         return {};
     }
     const Matrix plane = svd.matrixU().leftCols<2>();
     const auto [along_u, eigenvalue] = leading_direction(parts, probes.u);
     const auto [along_v, unused] = leading_direction(parts, probes.v);
     const auto in_plane = [&](const Row& r) {
-        return r.norm() > 0.0 && (r - r * plane * plane.transpose()).norm() < 1e-5 * r.norm();
+        return r.norm() > 0.0 &&
+               (r - r * plane * plane.transpose()).norm() < in_plane_tolerance * r.norm();
     };
     TangentRows result;
     if (!in_plane(along_u)) return result;
@@ -178,7 +186,7 @@ TangentRows rows_of(const Matrix& form, const std::vector<PowerPart>& parts,
     result.rows.resize(2, form.cols());
     result.rows.row(0) = along_u;
     const Matrix sides = wedge(along_u, along_v);
-    if (in_plane(along_v) && sides.norm() > 1e-6 * along_u.norm() * along_v.norm() &&
+    if (in_plane(along_v) && sides.norm() > same_direction * along_u.norm() * along_v.norm() &&
         sides.cwiseProduct(form).sum() > 0.0) {
         result.rows.row(1) = along_v;
     } else {

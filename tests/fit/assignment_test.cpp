@@ -21,7 +21,7 @@ TEST_CASE("an assignment costs no more than any other", "[fit][oracle]") {
             }
             return sum;
         };
-        // Every way: orders of the columns and of as many places for being left alone.
+        // Every way: orders of the columns and of as many places for rows without a column.
         std::vector<int> order(std::size_t(columns + rows));
         std::iota(order.begin(), order.end(), 0);
         double best = 1e300;

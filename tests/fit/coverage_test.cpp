@@ -118,7 +118,7 @@ TEST_CASE("a fit goes where it is not near the reference", "[fit][oracle]") {
     };
     const auto both = fitted(10000);
     CHECK(both.met);
-    // Measured apart from the fit.
+    // Measured independently of the fit.
     std::vector<Vec3> points;
     for (const auto& s : ridge.sample(3000)) points.push_back(s.point);
     const auto farthest = [&](const mesh::Cage& cage) {

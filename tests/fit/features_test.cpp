@@ -118,7 +118,7 @@ class Cut final : public test::StraightEdged {
     }
 };
 
-/// Two flat squares side by side that touch along x = 0 but do not hang together: their corners
+/// Two flat squares side by side that touch along x = 0 but are not connected: their corners
 /// there are in the same place.
 class Slit final : public test::StraightEdged {
   public:

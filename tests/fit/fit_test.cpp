@@ -138,7 +138,7 @@ TEST_CASE("an open cage's boundary goes to the free edge", "[fit][oracle]") {
     }
 }
 
-TEST_CASE("lines that are close in the given cage neither change places nor fold faces",
+TEST_CASE("lines that are close in the given cage neither change places nor invert faces",
           "[fit][oracle]") {
     // A rim of uniform cubic pieces is nearest to a circle with even lines: these would overtake.
     constexpr std::array<double, 9> degrees{0, 20, 41, 44, 46, 49, 70, 90, 135};

@@ -46,7 +46,7 @@ class Ridge final : public geom::ReferenceSurface {
 };
 
 mesh::Cage sheet() {
-    // With corners: a grid's own have no tangent plane else, and draw the error to them.
+    // With corners: without them a grid has no tangent plane there, and its largest error.
     mesh::Cage cage = test::grid(5, 4, {.boundary_rule = mesh::BoundaryRule::EdgeAndCorner});
     cage.points.col(0) = cage.points.col(0).array() * 0.38 - 0.95;
     cage.points.col(1) = cage.points.col(1).array() * 0.45 - 0.9;
@@ -70,8 +70,8 @@ TEST_CASE("splitting strips where the cage is too coarse takes fewer vertices", 
     }
 }
 
-TEST_CASE("lines stay even where only the given form holds them", "[fit][oracle]") {
-    // A step so steep that lines slide on it for next to no gain in distance.
+TEST_CASE("lines stay even where only tangential regularisation holds them", "[fit][oracle]") {
+    // On a step so steep lines move tangentially without a gain in distance.
     const auto fitted = [](bool preserve_parametrisation) {
         return fit::fit(sheet(), Ridge(0.3),
                         {.tolerance_mm = 0.03,
@@ -82,7 +82,7 @@ TEST_CASE("lines stay even where only the given form holds them", "[fit][oracle]
     CHECK(held.levels[0].rms_mm == Approx(free.levels[0].rms_mm).epsilon(0.05));
     const auto even = measure::measure_fairness(held.cage),
                slid = measure::measure_fairness(free.cage);
-    // 0.18 where held; free lines slide to 0.29 or 0.36, as rounding has it.
+    // 0.18 with tangential regularisation; without it 0.29 or 0.36, depending on rounding.
     CHECK(even.uneven_spacing < 0.75 * slid.uneven_spacing);
 }
 
@@ -106,7 +106,7 @@ TEST_CASE("a split cage starts near the limit surface of the coarse one", "[fit]
     CHECK(heirs == 2);
 }
 
-TEST_CASE("faces that gain nothing from being split are left alone in the end", "[fit]") {
+TEST_CASE("faces that gain nothing from being split are no longer split", "[fit]") {
     mesh::Cage cage = test::torus(16, 12, 3.0, 1.0);
     std::vector<fit::FaceHistory> history;
     int rounds = 0;

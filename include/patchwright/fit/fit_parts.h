@@ -1,4 +1,4 @@
-// Fits the parts of a cage that do not hang together, each to its own surface.
+// Fits the parts of a cage that are not connected, each to its own surface.
 #pragma once
 
 #include <patchwright/fit/fit.h>

@@ -7,12 +7,12 @@
 
 namespace patchwright::mesh {
 
-/// The parts that do not hang together, with their tags, groups and the numbering of the whole, in
-/// the order of their first vertices.
+/// The connected components with their tags and groups, in the order of their first vertices;
+/// vertices and faces keep their order.
 std::vector<Cage> connected_parts(const Cage& cage);
 
-/// One cage of all parts, which stay apart: vertices, faces and groups part after part; groups of
-/// the same name become one.
+/// One cage of all parts, which are not connected: vertices, faces and groups part after part;
+/// groups of the same name become one.
 /// @pre all parts have the same boundary rule
 Cage joined(const std::vector<Cage>& parts);
 

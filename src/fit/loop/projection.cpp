@@ -8,8 +8,7 @@ namespace {
 
 // Below this Jacobian ratio a face is about to be inverted by one of the next steps.
 constexpr double min_jacobian_ratio = 0.1;
-// Least weight of a sample whose foot point is not to be believed: without any, nothing would hold
-// the face there.
+// Least weight of a sample with a doubtful foot point: with 0 its face would have no target.
 constexpr double min_sample_weight = 0.1;
 // A foot point jumps when it moves by more than this times the way of its sample.
 constexpr double usual_foot_motion = 3.0;

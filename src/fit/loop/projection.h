@@ -9,8 +9,8 @@
 
 namespace patchwright::fit {
 
-/// Share of the tolerance at which a fit has converged: to go on would cost fairness. The samples
-/// of the check are denser than those of the fit; half the tolerance is left for what lies between.
+/// Share of the tolerance at which a fit has converged: to go on would cost fairness. The rest is
+/// left for the limit surface between the samples.
 inline constexpr double convergence_fraction = 0.4;
 
 /// Limit points of a control mesh, their targets, and how the residuals count.
@@ -40,7 +40,7 @@ struct Projection {
     }
 };
 
-/// The foot point of a limit point, but not on the far side of something thin.
+/// The foot point of a limit point, but not on the far side of a thin part.
 /// Around a rounded edge normals turn by half a circle within a short way; a nearest point whose
 /// normal is across is on that edge, and the next one with the normal of the limit point may be far
 /// from it. In a small fold normals point to the wrong side; the distance of that foot point tells.
@@ -51,7 +51,7 @@ geom::FootPoint oriented_foot_point(const geom::ReferenceSurface& reference,
                                     const std::optional<geom::Vec3>& normal, double reach);
 
 /// Weight of a sample: less where the normal of the foot point disagrees with the sample's, as on
-/// the wrong side of something thin or in a fold, and where the foot point has jumped.
+/// the far side of a thin part or in a fold, and where the foot point has jumped.
 /// @param last    the projection before, if any
 /// @param cosine  of the angle between the two normals
 double sample_weight(const Projection& p, const Projection* last, Eigen::Index row, double cosine,

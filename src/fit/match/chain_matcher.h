@@ -44,7 +44,7 @@ class ChainMatcher {
     /// @param ends  the corners of the reference that the chain's ends have, if any
     /// @param loose  ends that are to go to the end of a curve, if one is near
     /// @param stops  where the path begins and ends
-    /// @return an empty path where none is near enough
+    /// @return an empty path where none is within reach
     FeaturePath match(Polyline& line, bool closed, std::array<int, 2> ends,
                       const std::array<LooseEnd, 2>& loose, std::array<Stop, 2>& stops) const;
 

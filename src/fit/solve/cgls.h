@@ -58,8 +58,8 @@ struct CglsOptions {
     base::Progress progress;
 };
 
-/// Why it ended: the residual is small enough (or cannot get smaller), no unknown moves any more,
-/// or there were enough steps.
+/// Why it ended: the residual is below its limit (or cannot get smaller), the last step was shorter
+/// than step_tolerance, or max_iterations was reached.
 enum class CglsStop { Residual, StepTolerance, MaxIterations };
 
 struct CglsResult {

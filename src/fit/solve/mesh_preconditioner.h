@@ -13,9 +13,9 @@ namespace patchwright::fit {
 
 /// x = B y with B = G K, K = 1 + a sum_e d_e d_e^T + a^2 sum_q m_q m_q^T, where d_e is the
 /// difference of an edge's ends and m_q the mixed difference (1, -1, 1, -1) of a quad's corners.
-/// Samples of limit points hardly see control points that alternate; K makes those as large as the
-/// others. On a regular grid K is (1 + a (2 - 2 cos s)) (1 + a (2 - 2 cos t)) for waves of angles s
-/// and t, and a is such that the product of K^2 with the samples' normal matrix has the least
+/// Alternating displacements of control points have little effect on limit points; K scales them
+/// up. On a regular grid K is (1 + a (2 - 2 cos s)) (1 + a (2 - 2 cos t)) for waves of angles s and
+/// t, and a is such that the product of K^2 with the samples' normal matrix has the least
 /// condition, 9.7 in place of 363 (4 samples a face; 9.3 and 344 for 16). Positive definite on
 /// every mesh. G has a symmetric block a vertex, for problems in which coordinates are coupled.
 class MeshPreconditioner final : public Preconditioner {

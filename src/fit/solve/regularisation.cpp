@@ -18,7 +18,7 @@ using mesh::Topology;
 namespace {
 
 // A site that is about to be inverted has its tangential weight multiplied by this each time, and
-// at most by max_stiffening in all, beyond which the normal equations become ill-conditioned.
+// at most by max_stiffening in all (fit_test: lines that are close).
 constexpr double stiffening_factor = 10.0, max_stiffening = 1e4;
 
 /// Tangential weight of each row: second derivatives in units of the face's widths.
