@@ -126,6 +126,58 @@ int make_grid(const GridOptions& options) {
     return run.finish();
 }
 
+void add_block_options(CLI::App& command, GridOptions& options) {
+    command
+        .add_option("--blocks", options.blocks,
+                    "one for as many faces of one group as possible (groups), for as many faces "
+                    "as possible (charts), or for each face (faces)")
+        ->check(CLI::IsMember({"groups", "charts", "faces"}))
+        ->capture_default_str();
+    command.add_flag("--join", options.join, "join blocks of one family where they share a side");
+    command.add_option("--size", options.size,
+                       "mean length of cells along block edges at most: 5mm, 0.2in, or 0.01rel "
+                       "(of the cage's diagonal)");
+    command.add_option("--points", options.points, "points along every block edge without --size")
+        ->check(CLI::Range(2, 1 << 20))
+        ->capture_default_str();
+    command
+        .add_option("--levels", options.levels,
+                    "make numbers of cells multiples of 2^LEVELS, for coarser grids")
+        ->check(CLI::Range(0, 16));
+    command.add_option("--coarsen", options.coarsen, "write every 2^COARSEN-th point only")
+        ->check(CLI::Range(0, 16));
+}
+
+void add_spacing_options(CLI::App& command, GridOptions& options) {
+    command.add_option("--spacing", options.law, "uniform, geometric, tanh or cosine")
+        ->check(CLI::IsMember({"uniform", "geometric", "tanh", "cosine"}))
+        ->capture_default_str();
+    command.add_flag("--curvature", options.curvature,
+                     "more points where block edges are curved, before the spacing law");
+    command.add_option("--first-cell", options.first_cell,
+                       "length of the first cell of lines that end on a crease, as trailing edges "
+                       "are");
+    command.add_option("--cluster", options.clusters,
+                       "FAMILY:FAMILY=LENGTH: first cell of lines that end where blocks of these "
+                       "families meet; an empty name is any");
+    command.add_option("--rules", options.rules,
+                       "JSON file with rules for single block edges: [{\"at\": [x, y, z], "
+                       "\"cells\": 40, \"spacing\": \"tanh\", \"near\": \"0.1mm\", \"far\": "
+                       "\"2mm\"}]; the edge nearest to the point and all that lines connect to it");
+}
+
+void add_layer_options(CLI::App& command, GridOptions& options) {
+    command
+        .add_option("--layers", options.layers,
+                    "cells grown off the surface along its normals: a volume grid")
+        ->check(CLI::Range(0, 10000));
+    command.add_option("--layer-height", options.layer_height, "height of the first layer");
+    command.add_option("--thickness", options.thickness, "height of all layers together");
+    command.add_option("--growth", options.growth, "each layer's height over the one below")
+        ->check(CLI::Range(0.5, 5.0))
+        ->capture_default_str();
+}
+
 }  // namespace
 
 void register_grid(CLI::App& app, int& exit_code) {
@@ -142,41 +194,8 @@ void register_grid(CLI::App& app, int& exit_code) {
         ->capture_default_str();
     command->add_option("--unit", options->unit, "unit of the grid: mm, cm, m, in or ft")
         ->capture_default_str();
-    command
-        ->add_option("--blocks", options->blocks,
-                     "one for as many faces of one group as possible (groups), for as many faces "
-                     "as possible (charts), or for each face (faces)")
-        ->check(CLI::IsMember({"groups", "charts", "faces"}))
-        ->capture_default_str();
-    command->add_flag("--join", options->join, "join blocks of one family where they share a side");
-    command->add_option("--size", options->size,
-                        "mean length of cells along block edges at most: 5mm, 0.2in, or 0.01rel "
-                        "(of the cage's diagonal)");
-    command->add_option("--points", options->points, "points along every block edge without --size")
-        ->check(CLI::Range(2, 1 << 20))
-        ->capture_default_str();
-    command
-        ->add_option("--levels", options->levels,
-                     "make numbers of cells multiples of 2^LEVELS, for coarser grids")
-        ->check(CLI::Range(0, 16));
-    command->add_option("--coarsen", options->coarsen, "write every 2^COARSEN-th point only")
-        ->check(CLI::Range(0, 16));
-    command->add_option("--spacing", options->law, "uniform, geometric, tanh or cosine")
-        ->check(CLI::IsMember({"uniform", "geometric", "tanh", "cosine"}))
-        ->capture_default_str();
-    command->add_flag("--curvature", options->curvature,
-                      "more points where block edges are curved, before the spacing law");
-    command->add_option("--first-cell", options->first_cell,
-                        "length of the first cell of lines that end on a crease, as trailing edges "
-                        "are");
-    command->add_option("--cluster", options->clusters,
-                        "FAMILY:FAMILY=LENGTH: first cell of lines that end where blocks of these "
-                        "families meet; an empty name is any");
-    command->add_option(
-        "--rules", options->rules,
-        "JSON file with rules for single block edges: [{\"at\": [x, y, z], "
-        "\"cells\": 40, \"spacing\": \"tanh\", \"near\": \"0.1mm\", \"far\": "
-        "\"2mm\"}]; the edge nearest to the point and all that lines connect to it");
+    add_block_options(*command, *options);
+    add_spacing_options(*command, *options);
     command
         ->add_option("--plot3d", options->form, "Plot3D files: binary, fortran (records) or ascii")
         ->check(CLI::IsMember({"binary", "fortran", "ascii"}))
@@ -184,15 +203,7 @@ void register_grid(CLI::App& app, int& exit_code) {
     command->add_option("--endian", options->endian, "byte order of Plot3D files: little or big")
         ->check(CLI::IsMember({"little", "big"}))
         ->capture_default_str();
-    command
-        ->add_option("--layers", options->layers,
-                     "cells grown off the surface along its normals: a volume grid")
-        ->check(CLI::Range(0, 10000));
-    command->add_option("--layer-height", options->layer_height, "height of the first layer");
-    command->add_option("--thickness", options->thickness, "height of all layers together");
-    command->add_option("--growth", options->growth, "each layer's height over the one below")
-        ->check(CLI::Range(0.5, 5.0))
-        ->capture_default_str();
+    add_layer_options(*command, *options);
     add_common_options(*command, options->common, true);
     command->callback([options, &exit_code] { exit_code = make_grid(*options); });
 }
