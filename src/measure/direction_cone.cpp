@@ -11,7 +11,7 @@ namespace {
 
 DirectionCone around(const Vec3& axis, double angle) {
     const double bounded = std::min(angle, M_PI);
-    return {axis, bounded, std::cos(bounded), std::sin(bounded)};
+    return {axis, std::cos(bounded), std::sin(bounded)};
 }
 
 }  // namespace
@@ -30,20 +30,21 @@ DirectionCone cone_of(const geom::Points& vectors, double least) {
     const double length = sum.norm();
     if (!(length > 1e-9)) return around(Vec3::UnitX(), M_PI);
     const Vec3 axis = sum / length;
-    const double cosine = (unit.topRows(count) * axis).minCoeff();
-    // The rounding of a cosine near 1 is worth 1e-8 in the angle.
-    return around(axis, std::acos(std::clamp(cosine, -1.0, 1.0)) + 1e-7);
+    constexpr double rounding = 1e-14;
+    const double cosine = std::max((unit.topRows(count) * axis).minCoeff() - rounding, -1.0);
+    return {axis, cosine, std::sqrt(1.0 - cosine * cosine)};
 }
 
 DirectionCone merge(const DirectionCone& a, const DirectionCone& b) {
     if (a.empty()) return b;
     if (b.empty()) return a;
+    const double angle_a = std::atan2(a.sine, a.cosine), angle_b = std::atan2(b.sine, b.cosine);
     const double between = 2.0 * std::atan2((a.axis - b.axis).norm(), (a.axis + b.axis).norm());
-    if (between + b.angle <= a.angle) return a;
-    if (between + a.angle <= b.angle) return b;
-    const double angle = 0.5 * (between + a.angle + b.angle);
+    if (between + angle_b <= angle_a) return a;
+    if (between + angle_a <= angle_b) return b;
+    const double angle = 0.5 * (between + angle_a + angle_b);
     if (!(angle < M_PI)) return around(a.axis, M_PI);
-    const double turn = angle - a.angle;  // of a's axis towards b's
+    const double turn = angle - angle_a;  // of a's axis towards b's
     Vec3 across = b.axis - a.axis.dot(b.axis) * a.axis;
     const double size = across.norm();
     if (!(size > 1e-12)) return around(a.axis, angle + turn);
@@ -54,13 +55,13 @@ DirectionCone merge(const DirectionCone& a, const DirectionCone& b) {
 bool share_half_space(std::initializer_list<DirectionCone> cones) {
     // Gilbert's algorithm (1966) for the point of the vectors' convex hull that is nearest to the
     // origin: as a direction it makes the largest least product with them.
-    constexpr int steps = 16;
+    constexpr int steps = 8;         // more settle hardly any pair of pieces that a split does not
     constexpr double margin = 1e-4;  // radians that decide nothing
     Vec3 w = Vec3::Zero();
     int count = 0;
     for (const DirectionCone& cone : cones) {
         if (cone.empty()) continue;
-        if (!(cone.angle < M_PI_2 - margin)) return false;
+        if (!(cone.cosine > margin)) return false;
         w += cone.axis;
         ++count;
     }

@@ -10,11 +10,10 @@ namespace patchwright::measure {
 /// All unit vectors within an angle of an axis. Empty: no direction at all.
 struct DirectionCone {
     geom::Vec3 axis = geom::Vec3::Zero();  ///< unit, or zero when empty
-    double angle = 0.0;                    ///< 0 to pi
-    double cosine = 1.0, sine = 0.0;       ///< of the angle
+    double cosine = 1.0, sine = 0.0;       ///< of the angle, which is 0 to pi
 
     [[nodiscard]] bool empty() const { return axis.isZero(0.0); }
-    [[nodiscard]] DirectionCone opposite() const { return {-axis, angle, cosine, sine}; }
+    [[nodiscard]] DirectionCone opposite() const { return {-axis, cosine, sine}; }
 };
 
 /// Around the directions of the rows longer than `least`.

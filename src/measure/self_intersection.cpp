@@ -194,9 +194,10 @@ class Shape {
 
     [[nodiscard]] std::optional<SelfIntersection> search(const BezierPiece& a,
                                                          const BezierPiece& b) const {
+        const bool small = a.size() <= resolution_ && b.size() <= resolution_;
+        if (small && domain_.touch(a, b)) return std::nullopt;
         const Relation relation = this->relation(a, b);
         if (relation == Relation::Apart) return std::nullopt;
-        const bool small = a.size() <= resolution_ && b.size() <= resolution_;
         if (relation == Relation::Open) {
             if (are_separated(a, b)) return std::nullopt;
             if (auto hit = meeting_point(a, b)) return hit;
@@ -306,7 +307,7 @@ std::vector<SelfIntersection> find_self_intersections(
     for (auto& f : first) f = none;
     std::vector<SelfIntersection> hits(surfaces.size());
     std::mutex mutex;
-    constexpr std::size_t block = 4096, grain = 16;
+    constexpr std::size_t block = 512, grain = 4;
     for (std::size_t start = 0; start < tasks.size(); start += block) {
         base::report_progress(progress, "self-intersection", double(start) / double(tasks.size()));
         base::parallel_for(std::min(block, tasks.size() - start), grain,
