@@ -1,7 +1,10 @@
 #include "occ/shapes.h"
+#include "support/cages.h"
 
+#include <patchwright/occ/assemble.h>
 #include <patchwright/occ/inspect.h>
 #include <patchwright/occ/inspect_closely.h>
+#include <patchwright/patch/extract.h>
 
 #include <BRepBuilderAPI_MakeFace.hxx>
 #include <BRepPrimAPI_MakeSphere.hxx>
@@ -57,6 +60,55 @@ TEST_CASE("kinks and creases of known angle are told apart", "[occ][oracle]") {
     CHECK(one.crease_edges == 1);
     CHECK(one.smooth_edges == 11);
     CHECK_THROWS(occ::measure_continuity(box, creases, {.samples_per_edge = 1}));
+}
+
+TEST_CASE("kinks beside given vertices are told from the others", "[occ][oracle]") {
+    const occ::CadModel box = test::model_of(BRepPrimAPI_MakeBox(2.0, 2.0, 2.0).Shape());
+    geom::Points corner(1, 3);
+    corner << 2, 2, 2;
+    const auto c = occ::measure_continuity(
+        box, geom::Points(0, 3), {.singular_points = corner, .singular_distance_mm = 0.1});
+    CHECK(c.near_singular_kink_rad == Approx(M_PI / 2));
+    CHECK((c.near_singular_kink_at - geom::Vec3(2, 2, 2)).norm() <= 0.1);
+    CHECK(c.max_kink_rad == Approx(M_PI / 2));  // at the other corners
+    CHECK((c.kink_at - geom::Vec3(2, 2, 2)).norm() > 0.1);
+}
+
+TEST_CASE("a crease that ends has a kink only where it ends in a fold", "[occ][oracle]") {
+    // A ridge of three control points from the boundary to the middle. Its end is smooth as a dart,
+    // and has no tangent plane where it is tagged as a corner.
+    const auto ridge = [](std::vector<mesh::VertexTagInput> corners) {
+        constexpr double sharp = mesh::infinite_sharpness;
+        mesh::Cage cage = test::grid(
+            4, 4, {.creases = {{2, 7, sharp}, {7, 12, sharp}}, .corners = std::move(corners)});
+        for (const int v : {2, 7, 12}) cage.points(v, 2) = 0.5;
+        return patch::extract(cage);
+    };
+    const auto measure = [](const patch::Extraction& e, double distance) {
+        return occ::measure_continuity(
+            occ::assemble(e.patches), patch::crease_midpoints(e.patches),
+            {.singular_points = patch::singular_points(e), .singular_distance_mm = distance});
+    };
+    const patch::Extraction dart = ridge({});
+    CHECK(patch::singular_points(dart).rows() == 0);
+    CHECK(measure(dart, 0.1).max_kink_rad < 1e-6);
+
+    const patch::Extraction fold = ridge({{12, mesh::infinite_sharpness}});
+    const geom::Vec3 end(2, 2, 0.5);
+    REQUIRE(patch::singular_points(fold).rows() == 1);
+    CHECK((patch::singular_points(fold).row(0).transpose() - end).norm() < 1e-12);
+    const patch::Continuity all = measure(fold, 0.0);
+    CHECK(all.max_kink_rad > 1.0);
+    CHECK(all.near_singular_kink_rad == 0.0);
+    const patch::Continuity beyond = measure(fold, 0.1);
+    CHECK(beyond.max_kink_rad < 1e-6);
+    CHECK(beyond.near_singular_kink_rad == all.max_kink_rad);
+    CHECK(beyond.near_singular_kink_at == all.kink_at);
+    // The edges' first regular samples are 0.1 away: the kink is found just beyond the distance.
+    const patch::Continuity close = measure(fold, 1e-3);
+    CHECK(close.max_kink_rad > 0.3);
+    CHECK((close.kink_at - end).norm() > 1e-3);
+    CHECK((close.kink_at - end).norm() < 5e-3);
 }
 
 TEST_CASE("a cylinder meets its own seam without a kink", "[occ][oracle]") {
