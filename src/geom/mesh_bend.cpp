@@ -1,5 +1,6 @@
 #include "geom/mesh_bend.h"
 
+#include "geom/angle.h"
 #include "geom/mesh_sides.h"
 
 #include <Eigen/Geometry>
@@ -56,7 +57,7 @@ void add_normals(const TriangleMesh& mesh, MeshBend& bend) {
             const Vec3 a = corner_point(mesh, int(t), k + 1) - p;
             const Vec3 b = corner_point(mesh, int(t), k + 2) - p;
             bend.normal[std::size_t(bend.sector[t][std::size_t(k)])] +=
-                std::atan2(a.cross(b).norm(), a.dot(b)) * normal;
+                angle_between(a, b) * normal;
         }
     }
     for (Vec3& n : bend.normal) {

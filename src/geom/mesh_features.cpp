@@ -1,5 +1,6 @@
 #include "geom/mesh_features.h"
 
+#include "geom/angle.h"
 #include "geom/mesh_sides.h"
 
 #include <Eigen/Geometry>
@@ -16,11 +17,7 @@ constexpr double shortest_end_rel = 0.02;
 /// Of a full turn, what the angles at a point must lack for it to be a tip without features.
 constexpr double tip_rad = 0.8;
 
-double angle_between(const Vec3& a, const Vec3& b) {
-    return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
-struct Line {
+struct FeatureLine {
     int a, b;
     FeatureKind kind;
     double angle;
@@ -53,7 +50,8 @@ class Finding {
         const auto sides = sorted_sides(mesh_);
         for (std::size_t i = 0; i < sides.size(); ++i) {
             const MeshSide& s = sides[i];
-            Line line{s.low, s.high, FeatureKind::Free, 0.0, {s.triangle, -1}, {s.side, -1}, -1};
+            FeatureLine line{s.low,        s.high, FeatureKind::Free, 0.0, {s.triangle, -1},
+                             {s.side, -1}, -1};
             if (i + 1 < sides.size() && sides[i + 1].low == s.low && sides[i + 1].high == s.high) {
                 const MeshSide& other = sides[++i];
                 line.triangle[1] = other.triangle;
@@ -79,7 +77,7 @@ class Finding {
     }
 
     [[nodiscard]] int other_end(int line, int v) const {
-        const Line& l = lines_[std::size_t(line)];
+        const FeatureLine& l = lines_[std::size_t(line)];
         return l.a == v ? l.b : l.a;
     }
 
@@ -156,7 +154,7 @@ class Finding {
         curve.start_corner = result_.corner_of[std::size_t(v)];
         curve.least_angle_rad = std::numeric_limits<double>::infinity();
         while (line >= 0 && lines_[std::size_t(line)].chain < 0) {
-            Line& l = lines_[std::size_t(line)];
+            FeatureLine& l = lines_[std::size_t(line)];
             l.chain = int(result_.chains.size());
             curve.least_angle_rad = std::min(curve.least_angle_rad, l.angle);
             curve.greatest_angle_rad = std::max(curve.greatest_angle_rad, l.angle);
@@ -179,7 +177,7 @@ class Finding {
             return corner >= 0 &&
                    result_.features.corners[std::size_t(corner)].kind == CornerKind::End;
         };
-        const auto accident = [&](const Line& line) {
+        const auto accident = [&](const FeatureLine& line) {
             const FeatureCurve& curve = result_.features.curves[std::size_t(line.chain)];
             return curve.length < shortest_end_rel * diagonal_ &&
                    (is_end(curve.start_corner) || is_end(curve.end_corner));
@@ -195,7 +193,7 @@ class Finding {
                     result_.features.corners[std::size_t(corner)].curves.push_back(int(i));
         }
         result_.curve_under.assign(mesh_.triangles.size(), {-1, -1, -1});
-        for (const Line& line : lines_) {
+        for (const FeatureLine& line : lines_) {
             result_.sides.push_back({line.a, line.b, line.chain});
             for (std::size_t k = 0; k < 2; ++k)
                 if (line.triangle[k] >= 0)
@@ -206,7 +204,7 @@ class Finding {
 
     const TriangleMesh& mesh_;
     double sharp_, diagonal_;
-    std::vector<Line> lines_;
+    std::vector<FeatureLine> lines_;
     std::vector<std::vector<int>> ends_;  ///< lines at each point
     MeshFeatures result_;
 };

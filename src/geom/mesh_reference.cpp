@@ -1,3 +1,4 @@
+#include "geom/angle.h"
 #include "geom/bvh.h"
 #include "geom/mesh_bend.h"
 #include "geom/mesh_curves.h"
@@ -103,7 +104,7 @@ double chord_error_of(const TriangleMesh& mesh, const MeshFeatures& features) {
             const int other = features.beyond[std::size_t(t)][k];
             if (other < 0 || features.curve_under[std::size_t(t)][k] >= 0) continue;
             const Vec3 beyond = area_vector(mesh, other);
-            const double angle = std::atan2(normal.cross(beyond).norm(), normal.dot(beyond));
+            const double angle = angle_between(normal, beyond);
             if (angle < flat_rad) continue;
             std::size_t back = 0;
             while (back < 2 && features.beyond[std::size_t(other)][back] != t) ++back;

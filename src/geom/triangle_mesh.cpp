@@ -163,7 +163,7 @@ std::vector<std::array<int, 3>> neighbours_of(const TriangleMesh& mesh, const st
     return beyond;
 }
 
-struct Body {
+struct Component {
     std::vector<int> triangles;
     bool closed = true;
 };
@@ -175,12 +175,12 @@ class Orienting {
               const std::string& source)
         : mesh_(mesh), beyond_(beyond), source_(source), state_(mesh.triangles.size(), 0) {}
 
-    std::vector<Body> run() {
-        std::vector<Body> bodies;
+    std::vector<Component> run() {
+        std::vector<Component> bodies;
         for (std::size_t first = 0; first < state_.size(); ++first)
             if (state_[first] == 0) bodies.push_back(body_of(int(first)));
         // Most triangles of a body are right: of the two ways the one that turns fewer.
-        for (const Body& body : bodies) {
+        for (const Component& body : bodies) {
             std::size_t turned = 0;
             for (const int t : body.triangles) turned += state_[std::size_t(t)] < 0 ? 1 : 0;
             if (2 * turned > body.triangles.size())
@@ -191,7 +191,7 @@ class Orienting {
         return bodies;
     }
 
-    void turn(const Body& body) {
+    void turn(const Component& body) {
         for (const int t : body.triangles) {
             state_[std::size_t(t)] *= -1;
             std::swap(mesh_.triangles[std::size_t(t)][1], mesh_.triangles[std::size_t(t)][2]);
@@ -203,8 +203,8 @@ class Orienting {
     }
 
   private:
-    Body body_of(int first) {
-        Body body;
+    Component body_of(int first) {
+        Component body;
         state_[std::size_t(first)] = 1;
         body.triangles.push_back(first);
         for (std::size_t i = 0; i < body.triangles.size(); ++i) {
@@ -249,7 +249,7 @@ class Orienting {
 
 /// How often a body goes around a point (van Oosterom and Strackee, The solid angle of a plane
 /// triangle, 1983).
-double winding(const TriangleMesh& mesh, const Body& body, const Vec3& p) {
+double winding(const TriangleMesh& mesh, const Component& body, const Vec3& p) {
     double sum = 0.0;
     for (const int t : body.triangles) {
         std::array<Vec3, 3> r;
@@ -266,7 +266,7 @@ double winding(const TriangleMesh& mesh, const Body& body, const Vec3& p) {
     return sum / (4.0 * M_PI);
 }
 
-double signed_volume(const TriangleMesh& mesh, const Body& body) {
+double signed_volume(const TriangleMesh& mesh, const Component& body) {
     const Vec3 origin = mesh.points.row(0).transpose();
     double sum = 0.0;
     for (const int t : body.triangles) {
@@ -278,7 +278,7 @@ double signed_volume(const TriangleMesh& mesh, const Body& body) {
     return sum;
 }
 
-Box3 box_of(const TriangleMesh& mesh, const Body& body) {
+Box3 box_of(const TriangleMesh& mesh, const Component& body) {
     Box3 box;
     for (const int t : body.triangles)
         for (const int v : mesh.triangles[std::size_t(t)]) box.add(mesh.points.row(v).transpose());
@@ -286,10 +286,11 @@ Box3 box_of(const TriangleMesh& mesh, const Body& body) {
 }
 
 /// @return how many are hollows
-int face_outward(const TriangleMesh& mesh, const std::vector<Body>& bodies, Orienting& orienting) {
+int face_outward(const TriangleMesh& mesh, const std::vector<Component>& bodies,
+                 Orienting& orienting) {
     int hollows = 0;
     std::vector<Box3> boxes;
-    for (const Body& body : bodies) boxes.push_back(box_of(mesh, body));
+    for (const Component& body : bodies) boxes.push_back(box_of(mesh, body));
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         if (!bodies[i].closed) continue;
         const Vec3 p = mesh.points.row(mesh.triangles[std::size_t(bodies[i].triangles[0])][0]);
@@ -378,12 +379,12 @@ MeshRepair make_sound(TriangleMesh& mesh, const std::string& source) {
     const auto beyond = neighbours_of(mesh, source, repair);
     part_fans(mesh, beyond);
     Orienting orienting(mesh, beyond, source);
-    const std::vector<Body> bodies = orienting.run();
+    const std::vector<Component> bodies = orienting.run();
     repair.hollows = face_outward(mesh, bodies, orienting);
     repair.turned = orienting.turned();
     repair.bodies = int(bodies.size());
-    repair.closed_bodies = int(
-        std::count_if(bodies.begin(), bodies.end(), [](const Body& body) { return body.closed; }));
+    repair.closed_bodies = int(std::count_if(bodies.begin(), bodies.end(),
+                                             [](const Component& body) { return body.closed; }));
     return repair;
 }
 

@@ -13,14 +13,16 @@ namespace {
 
 using cage::Vec2;
 
+cage::Poll poll;  // never stops
+
 int edges_of(const cage::Divisions& divisions, const cage::BlockSide& side) {
     int sum = 0;
     for (const cage::ArcUse& use : side) sum += divisions.edges[std::size_t(use.arc)];
     return sum;
 }
 
-cage::BlockLayout with_arcs(const std::vector<double>& wanted) {
-    cage::BlockLayout made;
+cage::QuadLayout with_arcs(const std::vector<double>& wanted) {
+    cage::QuadLayout made;
     for (const double w : wanted) {
         cage::LayoutArc arc;
         arc.wanted = w;
@@ -78,22 +80,22 @@ TEST_CASE("a plane quad piece that is convex stays as it is in the plane", "[lay
 
 TEST_CASE("opposite sides of blocks get equal numbers near the wanted ones", "[layout]") {
     // A cube: arcs along x, y and z, four each, with lengths for 2, 3 and 5 edges.
-    cage::BlockLayout cube = with_arcs({2, 2, 2, 2, 3, 3, 3, 3, 5, 5, 5, 5});
+    cage::QuadLayout cube = with_arcs({2, 2, 2, 2, 3, 3, 3, 3, 5, 5, 5, 5});
     cube.blocks = {block({{{0}, {4}, {1}, {5}}}),  block({{{2}, {6}, {3}, {7}}}),
                    block({{{0}, {8}, {2}, {9}}}),  block({{{1}, {10}, {3}, {11}}}),
                    block({{{4}, {8}, {6}, {10}}}), block({{{5}, {9}, {7}, {11}}})};
-    const auto divisions = cage::divide_arcs(cube);
+    const auto divisions = cage::divide_arcs(cube, poll);
     for (std::size_t a = 0; a < cube.arcs.size(); ++a)
         CHECK(divisions.edges[a] == int(cube.arcs[a].wanted));
-    for (const cage::Turn& turn : divisions.turns) CHECK(turn.count == 0);
+    for (const cage::Valence3Insertion& one : divisions.insertions) CHECK(one.count == 0);
 }
 
 TEST_CASE("sides of several arcs add up", "[layout]") {
     // Two open blocks beside one: 0 on the left is opposite 1 and 2, which go on to 3 and 4.
-    cage::BlockLayout made = with_arcs({7, 2, 3, 2, 3, 1, 1, 1, 1, 1});
+    cage::QuadLayout made = with_arcs({7, 2, 3, 2, 3, 1, 1, 1, 1, 1});
     made.blocks = {block({{{5}, {1, 2}, {6}, {0}}}), block({{{7}, {3}, {8}, {1}}}),
                    block({{{8}, {4}, {9}, {2}}})};
-    const auto divisions = cage::divide_arcs(made);
+    const auto divisions = cage::divide_arcs(made, poll);
     CHECK(divisions.edges[0] == divisions.edges[1] + divisions.edges[2]);
     CHECK(divisions.edges[1] == divisions.edges[3]);
     CHECK(divisions.edges[2] == divisions.edges[4]);
@@ -102,19 +104,20 @@ TEST_CASE("sides of several arcs add up", "[layout]") {
     CHECK(divisions.edges[0] <= 7);
 }
 
-TEST_CASE("where sums cannot agree strips turn around a corner", "[layout]") {
+TEST_CASE("where sums cannot agree strips go around a corner", "[layout]") {
     // A ring of one block whose left side is arc 0 and whose right side is arcs 0 and 1: without a
-    // turn arc 1 would have no edge. Arcs 2 and 3 are free, 1 is too.
-    cage::BlockLayout made = with_arcs({2, 1, 4, 4});
+    // valence-3 insertion arc 1 would have no edge. Arcs 2 and 3 are free, 1 is too.
+    cage::QuadLayout made = with_arcs({2, 1, 4, 4});
     made.blocks = {block({{{2}, {0, 1}, {3}, {0}}})};
-    const auto divisions = cage::divide_arcs(made);
+    const auto divisions = cage::divide_arcs(made, poll);
     for (const int n : divisions.edges) CHECK(n >= 1);
-    const cage::Turn& turn = divisions.turns[0];
-    REQUIRE(turn.count > 0);
+    const cage::Valence3Insertion& made_there = divisions.insertions[0];
+    REQUIRE(made_there.count > 0);
     for (int k = 0; k < 2; ++k) {
         const auto& sides = made.blocks[0].sides;
-        CHECK(edges_of(divisions, sides[std::size_t((turn.side + k) % 4)]) ==
-              edges_of(divisions, sides[std::size_t((turn.side + k + 2) % 4)]) + turn.count);
+        CHECK(edges_of(divisions, sides[std::size_t((made_there.side + k) % 4)]) ==
+              edges_of(divisions, sides[std::size_t((made_there.side + k + 2) % 4)]) +
+                  made_there.count);
     }
 }
 

@@ -136,13 +136,14 @@ TEST_CASE("folded quads are opened, well formed ones stay", "[layout]") {
                 least = std::min(least, cage::corner_sine(points, face, k, Vec3(0.0, 0.0, 1.0)));
         return least;
     };
+    cage::Poll poll;
     const std::vector<Vec3> even = points;
-    cage::untangle(faces, points, freedom, shape.reference);
+    cage::untangle(faces, points, freedom, shape.reference, poll);
     CHECK(points == even);
     // Beyond the line of the next points: the quads there are folded.
     points[2 * n + 2] += Vec3(1.15, 0.2, 0.0);
     REQUIRE(least_sine() < -0.5);
-    cage::untangle(faces, points, freedom, shape.reference);
+    cage::untangle(faces, points, freedom, shape.reference, poll);
     CHECK(least_sine() > 0.15);  // what counts as well formed
     for (std::size_t v = 0; v < points.size(); ++v) {
         CHECK(std::abs(points[v].z()) < 1e-12);

@@ -11,6 +11,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <chrono>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -197,17 +199,91 @@ TEST_CASE("edges are shorter where a cage is asked to be finer", "[layout]") {
     };
     cage::CageOptions options{.method = cage::Method::Remesh};
     const auto usual = cage::make_cage(wing().reference, options);
-    options.finer_at = {{tip, radius}};
+    options.finer_at = {{.balls = {{tip, radius}}}};
     const auto finer = cage::make_cage(wing().reference, options);
     // Half the lengths are four times the vertices; features and growth of lengths take some away.
     CHECK(near(finer) > 2 * near(usual));
     const int elsewhere_usual = int(usual.cage.points.rows()) - near(usual);
     const int elsewhere_finer = int(finer.cage.points.rows()) - near(finer);
     CHECK(elsewhere_finer < 2 * elsewhere_usual);
-    // Balls of one round that overlap halve once.
-    options.finer_at = {{tip, radius}, {tip, radius}};
+    // Balls of one region that overlap count once.
+    options.finer_at = {{.balls = {{tip, radius}, {tip, radius}}}};
     const auto twice = cage::make_cage(wing().reference, options);
     CHECK(twice.cage.points == finer.cage.points);
+    // Factors of regions that overlap multiply.
+    options.finer_at = {{.balls = {{tip, radius}}}, {.balls = {{tip, radius}}}};
+    const auto quarter = cage::make_cage(wing().reference, options);
+    options.finer_at = {{.balls = {{tip, radius}}, .edge_length_factor = 0.25}};
+    CHECK(cage::make_cage(wing().reference, options).cage.points == quarter.cage.points);
+    CHECK(near(quarter) > 2 * near(finer));
+}
+
+/// A box that is laid out in blocks along its faces.
+const Sample& box() {
+    static const Sample sample = [] {
+        mesh::TopologyInput tags;
+        for (const auto& face : test::cube_faces)
+            for (std::size_t k = 0; k < 4; ++k)
+                if (face[k] < face[(k + 1) % 4])
+                    tags.creases.push_back({face[k], face[(k + 1) % 4], mesh::infinite_sharpness});
+        mesh::Cage cage = test::cube(2.0, tags);
+        cage.points = cage.points * Eigen::Vector3d(60.0, 40.0, 20.0).asDiagonal();
+        occ::CadModel model = occ::assemble(patch::extract(cage).patches);
+        occ::CadReference reference(model);
+        return Sample{std::move(model), std::move(reference)};
+    }();
+    return sample;
+}
+
+/// Makes a cage with a callback that refuses call number n.
+/// @return the number of calls, none after the one that was refused
+int calls_until(int n, const geom::ModelSurface& model, cage::Method method) {
+    int calls = 0;
+    const auto progress = [&](std::string_view, double fraction) {
+        CHECK((fraction >= 0.0 && fraction <= 1.0));
+        return ++calls != n;
+    };
+    try {
+        cage::make_cage(model, {.method = method, .progress = progress});
+        CHECK(calls < n);
+    } catch (const base::Cancelled&) {
+        CHECK(calls == n);
+    }
+    return calls;
+}
+
+TEST_CASE("progress stops layouts of wings, blocks and remeshing wherever they are", "[layout]") {
+    const std::vector<std::pair<const Sample*, cage::Method>> cases{
+        {&wing(), cage::Method::Aligned},
+        {&box(), cage::Method::Aligned},
+        {&box(), cage::Method::Remesh},
+        {&wing(), cage::Method::Remesh}};
+    for (const auto& [sample, method] : cases) {
+        const int all = calls_until(std::numeric_limits<int>::max(), sample->reference, method);
+        CHECK(all > 500);
+        for (const int n : {1, 2, all / 4, all / 2, 3 * all / 4, all})
+            CHECK(calls_until(n, sample->reference, method) == n);
+    }
+}
+
+TEST_CASE("no step between two calls of progress takes long", "[layout]") {
+    using Clock = std::chrono::steady_clock;
+    for (const cage::Method method : {cage::Method::Aligned, cage::Method::Remesh}) {
+        std::vector<double> gaps;
+        Clock::time_point last = Clock::now();
+        const auto called = [&](std::string_view, double) {
+            const Clock::time_point now = Clock::now();
+            gaps.push_back(std::chrono::duration<double>(now - last).count());
+            last = now;
+            return true;
+        };
+        const Clock::time_point start = last;
+        cage::make_cage(wing().reference, {.method = method, .progress = called});
+        const double whole = std::chrono::duration<double>(Clock::now() - start).count();
+        REQUIRE(gaps.size() > 500);
+        // A share of the whole, as machines are busy: triangulating is the longest step.
+        CHECK(*std::max_element(gaps.begin(), gaps.end()) < std::max(0.5 * whole, 0.2));
+    }
 }
 
 TEST_CASE("the number of a wing's faces follows too, by lines around and along", "[layout]") {

@@ -5,6 +5,7 @@
 #include <patchwright/geom/model_surface.h>
 #include <patchwright/mesh/cage.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,19 +17,26 @@ enum class Method {
     Remesh    ///< even triangles that keep features, paired to quads: works on every shape
 };
 
+/// Where the edges of a remeshed cage are shorter: in the union of some balls. Where regions
+/// overlap their factors multiply.
+struct FinerRegion {
+    struct Ball {
+        geom::Vec3 centre = geom::Vec3::Zero();
+        double radius_mm = 0.0;
+    };
+    std::vector<Ball> balls;
+    double edge_length_factor = 0.5;  ///< > 0: of lengths that curvature asks for
+};
+
 struct CageOptions {
     Method method = Method::Auto;
-    int target_faces = 0;         ///< number of faces to aim at, roughly; 0: as the shape asks for
+    /// Number of faces to aim at, met within about 20 %; none: as many as the shape asks for.
+    std::optional<int> target_faces;
     double tolerance_rel = 1e-3;  ///< of the diagonal: what the cage is to be fitted to
-    double fineness = 1.0;        ///< > 0: edges are shorter by this factor where shape asks for it
-    /// A ball in which a remeshed cage has edges of half the length; of a quarter where it meets
-    /// one of another round. Those of one round may overlap.
-    struct Place {
-        geom::Vec3 point = geom::Vec3::Zero();
-        double radius = 0.0;  ///< millimetres
-        int round = 0;        ///< 0 to 31
-    };
-    std::vector<Place> finer_at;
+    /// > 0: edges whose length curvature decides are shorter by this factor, and a wing has as many
+    /// times more rings. To be doubled when the fit of a cage misses the tolerance by little.
+    double fineness = 1.0;
+    std::vector<FinerRegion> finer_at;  ///< for where the fit of a remeshed cage misses
     base::Progress progress;
 };
 
@@ -46,6 +54,7 @@ struct CageResult {
 /// edges boundaries; faces carry the names of the model's. A model with no sharp edges gives a
 /// cage without creases.
 /// @throw InvalidArgument when an option is out of range
+/// @throw Cancelled, or what CageOptions::progress throws, when that stops the work
 /// @throw InputError when the model cannot be triangulated, or with Method::Aligned when no layout
 ///        is found
 CageResult make_cage(const geom::ModelSurface& model, const CageOptions& options = {});

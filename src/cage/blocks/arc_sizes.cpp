@@ -1,7 +1,11 @@
 #include "cage/blocks/arc_sizes.h"
 
+#include "cage/remesh/size_field.h"
+#include "geom/angle.h"
+
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -13,17 +17,20 @@ namespace {
 
 std::size_t at(int i) { return std::size_t(i); }
 
-/// Edges a millimetre where a line bends by `bend` radians a millimetre. As for triangles: see
-/// SizeField.
+// Where lines through a block are taken, as shares of its width.
+constexpr std::array line_shares{0.1, 0.25, 0.4, 0.5, 0.6, 0.75, 0.9};
+// Steps along each of them.
+constexpr int line_steps = 32;
+// Fewest edges of an arc that ends where it starts, and of several between the same two nodes:
+// quads on both sides would share two edges.
+constexpr int fewest_of_loop = 4, fewest_of_parallel = 2;
+
+/// Edges a millimetre where a line bends by `bend` radians a millimetre.
 double density(double bend, double diagonal, const ArcSizes& sizes) {
     const double longest = sizes.largest_rel * diagonal;
     if (!(bend > 0.0)) return 1.0 / longest;
-    const double angle = std::pow(200.0 * sizes.tolerance_rel * diagonal * bend, 0.25);
-    return std::max(1.0 / longest, bend / std::clamp(angle, 0.3, 1.1) * sizes.fineness);
-}
-
-double angle_between(const Vec3& a, const Vec3& b) {
-    return std::atan2(a.cross(b).norm(), a.dot(b));
+    return std::max(1.0 / longest,
+                    bend / angle_of_edge(sizes.tolerance_rel, diagonal, bend) * sizes.fineness);
 }
 
 /// Edges that a line is to get that bends evenly.
@@ -32,7 +39,7 @@ double edges_along(const std::vector<Vec3>& points, double diagonal, const ArcSi
     for (std::size_t i = 0; i + 1 < points.size(); ++i) {
         const Vec3 way = points[i + 1] - points[i];
         length += way.norm();
-        if (i > 0) turn += angle_between(points[i] - points[i - 1], way);
+        if (i > 0) turn += geom::angle_between(points[i] - points[i - 1], way);
     }
     if (!(length > 0.0)) return 0.0;
     return length * density(turn / length, diagonal, sizes) / sizes.scale;
@@ -47,28 +54,28 @@ double even_edges_along(const std::vector<Vec3>& points, double diagonal, const 
         const double step = 0.5 * (before.norm() + way.norm());
         if (!(step > 0.0)) continue;
         length += step;
-        sum += step * std::pow(density(angle_between(before, way) / step, diagonal, sizes), 2.0);
+        sum +=
+            step * std::pow(density(geom::angle_between(before, way) / step, diagonal, sizes), 2.0);
     }
     return length > 0.0 ? std::sqrt(length * sum) / sizes.scale : 0.0;
 }
 
 /// Points of the line at a share of the way from side 0 of a block to side 2, and of the one from
 /// side 3 to side 1 with `turned`.
-std::vector<Vec3> line_through(const BlockLayout& layout, const LayoutBlock& block, double share,
+std::vector<Vec3> line_through(const QuadLayout& layout, const LayoutBlock& block, double share,
                                bool turned) {
-    constexpr int steps = 32;
     const auto corner = [&](int k) { return block.flat[at((k + (turned ? 1 : 0)) % 4)].front(); };
     const Vec2 from = corner(0) + share * (corner(3) - corner(0)),
                to = corner(1) + share * (corner(2) - corner(1));
     std::vector<Vec3> line;
-    for (int k = 0; k <= steps; ++k)
+    for (int k = 0; k <= line_steps; ++k)
         line.push_back(
-            layout.pieces[at(block.piece)].at(from + (to - from) * (double(k) / steps)).point);
+            layout.pieces[at(block.piece)].at(from + (to - from) * (double(k) / line_steps)).point);
     return line;
 }
 
 /// What a whole side is to get goes to its arcs by their lengths on the flat piece.
-void raise(BlockLayout& layout, const LayoutBlock& block, int side, double edges) {
+void raise(QuadLayout& layout, const LayoutBlock& block, int side, double edges) {
     const auto& flat = block.flat[at(side)];
     const Vec2 end = block.flat[at((side + 1) % 4)].front();
     const double whole = (end - flat.front()).norm();
@@ -81,23 +88,26 @@ void raise(BlockLayout& layout, const LayoutBlock& block, int side, double edges
 
 }  // namespace
 
-void set_wanted(BlockLayout& layout, const geom::ModelSurface& reference, const ArcSizes& sizes) {
+void set_wanted(QuadLayout& layout, const geom::ModelSurface& reference, const ArcSizes& sizes,
+                Poll& poll) {
     const double diagonal = reference.bounds().diagonal();
     std::map<std::pair<int, int>, int> pairs;
     for (const LayoutArc& arc : layout.arcs) ++pairs[std::minmax(arc.start, arc.end)];
     for (LayoutArc& arc : layout.arcs) {
         arc.wanted = edges_along(arc.points, diagonal, sizes);
         if (arc.start == arc.end)
-            arc.least = 4;
+            arc.least = fewest_of_loop;
         else if (pairs[std::minmax(arc.start, arc.end)] > 1)
-            arc.least = 2;
+            arc.least = fewest_of_parallel;
     }
     for (const LayoutBlock& block : layout.blocks) {
         for (const bool turned : {false, true}) {
             double edges = 0.0;
-            for (const double share : {0.1, 0.25, 0.4, 0.5, 0.6, 0.75, 0.9})
+            for (const double share : line_shares) {
+                poll();
                 edges = std::max(edges, even_edges_along(line_through(layout, block, share, turned),
                                                          diagonal, sizes));
+            }
             raise(layout, block, turned ? 1 : 0, edges);
             raise(layout, block, turned ? 3 : 2, edges);
         }

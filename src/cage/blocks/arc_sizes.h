@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cage/blocks/block_layout.h"
+#include "cage/poll.h"
 
 #include <patchwright/geom/model_surface.h>
 
@@ -15,7 +16,8 @@ struct ArcSizes {
 };
 
 /// Sets LayoutArc::wanted and LayoutArc::least: by length and curvature of the arcs and of lines
-/// through the blocks beside them, so that what bends inside a block only is not missed.
-void set_wanted(BlockLayout& layout, const geom::ModelSurface& reference, const ArcSizes& sizes);
+/// through their blocks, so that what bends inside a block only is not missed.
+void set_wanted(QuadLayout& layout, const geom::ModelSurface& reference, const ArcSizes& sizes,
+                Poll& poll);
 
 }  // namespace patchwright::cage

@@ -1,6 +1,8 @@
 #include "cage/blocks/block_grid.h"
 
 #include "cage/blocks/untangle.h"
+#include "geom/angle.h"
+#include "geom/polyline.h"
 
 #include <fmt/format.h>
 
@@ -16,11 +18,24 @@ namespace {
 
 std::size_t at(int i) { return std::size_t(i); }
 
+// Turn of a line, radians, at which half of its points are spread by turn instead of length.
+constexpr double half_turn_rad = 1.5;
+// Share of quads that fold: above the first one moving points opens some of them only and is not
+// worth its time; above the second one, after it, other ways are not tried either.
+constexpr double most_folded = 0.04, most_left = 0.01;
+// Rounds in which points are evened out, and the share of the way to the middle of their neighbours
+// that they are moved in each.
+constexpr int evening_rounds = 12;
+constexpr double evening_share = 0.5;
+// Least sine of a point's angles (24 degrees) that evening out may leave where there was more.
+constexpr double good_enough = 0.4;
+// A corner with a smaller sine counts as concave (1 degree); one may be, up to 210 degrees: the fit
+// makes that good.
+constexpr double least_convex = 0.02, most_concave = -0.5;
+
 /// Shares of a line's length, from 0 to 1.
 std::vector<double> shares(const std::vector<Vec3>& points) {
-    std::vector<double> length{0.0};
-    for (std::size_t i = 1; i < points.size(); ++i)
-        length.push_back(length.back() + (points[i] - points[i - 1]).norm());
+    std::vector<double> length = geom::arc_lengths(points);
     for (double& l : length) l /= std::max(length.back(), 1e-300);
     return length;
 }
@@ -28,17 +43,16 @@ std::vector<double> shares(const std::vector<Vec3>& points) {
 /// `count` + 1 shares of a line's length, closer to each other where it bends: half of them, or
 /// fewer on lines that bend little, are spread by turn instead of length.
 std::vector<double> graded_shares(const std::vector<Vec3>& line, int count) {
-    constexpr double half_turn = 1.5;
     const std::vector<double> share = shares(line);
     std::vector<double> turn(line.size(), 0.0);  // before a point
     for (std::size_t i = 1; i + 1 < line.size(); ++i) {
         const Vec3 before = line[i] - line[i - 1], after = line[i + 1] - line[i];
-        const double angle = std::atan2(before.cross(after).norm(), before.dot(after));
-        turn[i] += 0.5 * angle;
-        turn[i + 1] += 0.5 * angle;
+        const double half = 0.5 * geom::angle_between(before, after);
+        turn[i] += half;
+        turn[i + 1] += half;
     }
     for (std::size_t i = 1; i < turn.size(); ++i) turn[i] += turn[i - 1];
-    const double whole = turn.back(), by_turn = whole / (whole + half_turn);
+    const double whole = turn.back(), by_turn = whole / (whole + half_turn_rad);
     const auto measure = [&](std::size_t i) {
         return (1.0 - by_turn) * share[i] + (whole > 0.0 ? by_turn * turn[i] / whole : 0.0);
     };
@@ -79,9 +93,9 @@ std::vector<double> even_shares(int count) {
 
 class Gridder {
   public:
-    Gridder(const BlockLayout& layout, const Divisions& divisions,
-            const geom::ModelSurface& reference)
-        : layout_(layout), divisions_(divisions), reference_(reference) {}
+    Gridder(const QuadLayout& layout, const Divisions& divisions,
+            const geom::ModelSurface& reference, Poll& poll)
+        : layout_(layout), divisions_(divisions), reference_(reference), poll_(poll) {}
 
     Blocks make(const std::vector<std::string>& names) {
         for (const LayoutNode& node : layout_.nodes) {
@@ -91,7 +105,7 @@ class Gridder {
         for (std::size_t a = 0; a < layout_.arcs.size(); ++a)
             add_arc(layout_.arcs[a], divisions_.edges[a]);
         for (std::size_t b = 0; b < layout_.blocks.size(); ++b)
-            add_block(layout_.blocks[b], divisions_.turns[b]);
+            add_block(layout_.blocks[b], divisions_.insertions[b]);
         open_folds();
         check();
         for (std::size_t f = 0; f < blocks_.faces.size(); ++f) {
@@ -104,9 +118,8 @@ class Gridder {
   private:
     /// What sticks out loses its points to its foot unless they are kept within the surface; in
     /// hollows it is the other way round. Where many quads fold, moving points opens some of them
-    /// only, and is not worth its time.
+    /// only.
     void open_folds() {
-        constexpr double most_folded = 0.04, most_left = 0.01;
         const auto exceeds = [&](double share) {
             return double(folded().size()) > std::ceil(share * double(blocks_.faces.size()));
         };
@@ -115,7 +128,7 @@ class Gridder {
             blocks_.points = before;
             even_out(within);
             if (exceeds(most_folded)) return;
-            untangle(blocks_.faces, blocks_.points, freedom_, reference_);
+            untangle(blocks_.faces, blocks_.points, freedom_, reference_, poll_);
             if (folded().empty() || exceeds(most_left)) return;
         }
     }
@@ -127,7 +140,8 @@ class Gridder {
     }
 
     [[nodiscard]] Vec3 on_piece(int piece, const Vec2& p) const {
-        const FlatPiece::Place place = layout_.pieces[at(piece)].at(p);
+        poll_();
+        const FlatPiece::SurfacePoint place = layout_.pieces[at(piece)].at(p);
         return reference_.foot_point(place.point, place.normal).point;
     }
 
@@ -152,11 +166,11 @@ class Gridder {
     }
 
     /// A vertex and where it is on the flat piece.
-    struct Spot {
+    struct GridSpot {
         int vertex;
         Vec2 flat;
     };
-    using Line = std::vector<Spot>;
+    using Line = std::vector<GridSpot>;
 
     /// Vertices along a side, both corners included.
     /// @param end  where the side ends on the flat piece
@@ -181,28 +195,29 @@ class Gridder {
         return result;
     }
 
-    void add_block(const LayoutBlock& block, const Turn& turn) {
+    void add_block(const LayoutBlock& block, const Valence3Insertion& insertion) {
         piece_ = block.piece;
         std::array<Line, 4> sides;
         for (int k = 0; k < 4; ++k) {
-            const int s = (turn.side + k) % 4;
+            const int s = (insertion.side + k) % 4;
             sides[at(k)] =
                 along(block.sides[at(s)], block.flat[at(s)], block.flat[at((s + 1) % 4)].front());
         }
-        if (turn.count == 0) {
+        if (insertion.count == 0) {
             add_grid(sides);
             return;
         }
-        // Corners a, b, c, d; strips turn around b, and a line leads from d to the middle x.
-        const auto t = std::ptrdiff_t(turn.count);
+        // Corners a, b, c, d; strips go around b, and a line leads from d to the middle x.
+        const auto t = std::ptrdiff_t(insertion.count);
         const auto& [ab, bc, cd, da] = sides;
         if (std::ptrdiff_t(ab.size()) != std::ptrdiff_t(cd.size()) + t ||
             std::ptrdiff_t(bc.size()) != std::ptrdiff_t(da.size()) + t)
             throw LayoutRefused{"sides of a block do not meet"};
-        const Spot m = ab[at(turn.count)], q = bc[bc.size() - 1 - at(turn.count)], d = cd.back();
+        const GridSpot m = ab[at(insertion.count)], q = bc[bc.size() - 1 - at(insertion.count)],
+                       d = cd.back();
         const Vec2 middle = (m.flat + q.flat + d.flat) / 3.0;
-        const Spot x{add_point(on_piece(piece_, middle), {}), middle};
-        const auto line = [&](const Spot& from, int count) {
+        const GridSpot x{add_point(on_piece(piece_, middle), {}), middle};
+        const auto line = [&](const GridSpot& from, int count) {
             Line result{from};
             for (int k = 1; k < count; ++k) {
                 const Vec2 p = from.flat + (x.flat - from.flat) * (double(k) / count);
@@ -216,7 +231,7 @@ class Gridder {
             return l;
         };
         const Line mx = line(m, int(da.size()) - 1), qx = line(q, int(cd.size()) - 1),
-                   dx = line(d, turn.count);
+                   dx = line(d, insertion.count);
         const Line am(ab.begin(), ab.begin() + t + 1), mb(ab.begin() + t, ab.end());
         const Line bq(bc.begin(), bc.end() - t), qc(bc.end() - t - 1, bc.end());
         add_grid({am, mx, reversed(dx), da});
@@ -268,7 +283,7 @@ class Gridder {
 
     static std::vector<double> shares(const Line& line) {
         std::vector<Vec3> points;
-        for (const Spot& s : line) points.emplace_back(s.flat.x(), s.flat.y(), 0.0);
+        for (const GridSpot& s : line) points.emplace_back(s.flat.x(), s.flat.y(), 0.0);
         return cage::shares(points);
     }
 
@@ -282,21 +297,16 @@ class Gridder {
         return 0.25 * (point(f, 0) + point(f, 1) + point(f, 2) + point(f, 3));
     }
 
-    [[nodiscard]] double sine(std::size_t f, int k, const Vec3& normal) const {
-        return corner_sine(blocks_.points, blocks_.faces[f], k, normal);
-    }
-
     [[nodiscard]] double least_sine(std::size_t f) const {
         const Vec3 normal = area(f).normalized();
         double least = 1.0;
-        for (int k = 0; k < 4; ++k) least = std::min(least, sine(f, k, normal));
+        for (int k = 0; k < 4; ++k)
+            least = std::min(least, corner_sine(blocks_.points, blocks_.faces[f], k, normal));
         return least;
     }
 
     /// Moves points between their neighbours as long as no quad becomes too sharp by it.
     void even_out(bool within) {
-        constexpr int rounds = 12;
-        constexpr double share = 0.5, good_enough = 0.4;
         std::vector<std::vector<int>> next(blocks_.points.size());
         std::vector<std::vector<std::size_t>> faces(blocks_.points.size());
         for (std::size_t f = 0; f < blocks_.faces.size(); ++f) {
@@ -320,14 +330,15 @@ class Gridder {
                                          : reference_.foot_point(blocks_.points[v]))
                         .normal;
         }
-        for (int round = 0; round < rounds; ++round) {
+        for (int round = 0; round < evening_rounds; ++round) {
             for (std::size_t v = 0; v < freedom_.size(); ++v) {
                 if (!freedom_[v].free || !(up[v].norm() > 0.5)) continue;
+                poll_();
                 const double before = worst(v);
                 const Vec3 old = blocks_.points[v];
                 Vec3 sum = Vec3::Zero();
                 for (const int w : next[v]) sum += blocks_.points[at(w)];
-                Vec3 step = share * (sum / double(next[v].size()) - old);
+                Vec3 step = evening_share * (sum / double(next[v].size()) - old);
                 if (within) step -= step.dot(up[v]) * up[v];
                 const geom::FootPoint foot = reference_.foot_point(old + step, up[v]);
                 blocks_.points[v] = foot.point;
@@ -342,10 +353,11 @@ class Gridder {
     /// Quads must face as the model does and may be concave a little, at one corner: the fit makes
     /// that good. What has two such corners is folded.
     [[nodiscard]] bool folds(std::size_t f) const {
-        constexpr double sharpest = 0.02, most_concave = -0.5;
+        poll_();
         const Vec3 normal = area(f).normalized();
         int concave = 0;
-        for (int k = 0; k < 4; ++k) concave += sine(f, k, normal) < sharpest ? 1 : 0;
+        for (int k = 0; k < 4; ++k)
+            concave += corner_sine(blocks_.points, blocks_.faces[f], k, normal) < least_convex;
         return concave > 1 || least_sine(f) < most_concave ||
                reference_.foot_point(middle(f), normal).normal.dot(normal) <= 0.0;
     }
@@ -366,9 +378,10 @@ class Gridder {
                                         first.z())};
     }
 
-    const BlockLayout& layout_;
+    const QuadLayout& layout_;
     const Divisions& divisions_;
     const geom::ModelSurface& reference_;
+    Poll& poll_;
     Blocks blocks_;
     std::vector<Freedom> freedom_;
     std::vector<std::vector<int>> lines_;      ///< points of each arc
@@ -378,9 +391,10 @@ class Gridder {
 
 }  // namespace
 
-Blocks block_grid(const BlockLayout& layout, const Divisions& divisions,
-                  const geom::ModelSurface& reference, const std::vector<std::string>& face_names) {
-    return Gridder(layout, divisions, reference).make(face_names);
+Blocks block_grid(const QuadLayout& layout, const Divisions& divisions,
+                  const geom::ModelSurface& reference, const std::vector<std::string>& face_names,
+                  Poll& poll) {
+    return Gridder(layout, divisions, reference, poll).make(face_names);
 }
 
 }  // namespace patchwright::cage

@@ -4,6 +4,7 @@
 #include "cage/blocks.h"
 #include "cage/blocks/block_layout.h"
 #include "cage/blocks/divisions.h"
+#include "cage/poll.h"
 
 #include <patchwright/geom/model_surface.h>
 
@@ -14,7 +15,8 @@ namespace patchwright::cage {
 /// @param divisions   as divide_arcs() gives them
 /// @param face_names  one a face of the model: groups of the quads
 /// @throw LayoutRefused when quads fold
-Blocks block_grid(const BlockLayout& layout, const Divisions& divisions,
-                  const geom::ModelSurface& reference, const std::vector<std::string>& face_names);
+Blocks block_grid(const QuadLayout& layout, const Divisions& divisions,
+                  const geom::ModelSurface& reference, const std::vector<std::string>& face_names,
+                  Poll& poll);
 
 }  // namespace patchwright::cage

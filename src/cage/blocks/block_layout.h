@@ -46,7 +46,7 @@ struct LayoutBlock {
     std::array<std::vector<Vec2>, 4> flat;
 };
 
-struct BlockLayout {
+struct QuadLayout {
     std::vector<LayoutNode> nodes;
     std::vector<LayoutArc> arcs;
     std::vector<LayoutBlock> blocks;

@@ -21,16 +21,34 @@ namespace {
 
 std::size_t at(int i) { return std::size_t(i); }
 
-/// Triangles beside the sides of features.
-class FeatureSides {
+// How far from a smooth curve the curvatures on both sides are taken, of the diagonal. They jump
+// when they differ by this share of the larger one; that must turn by a radian over the diagonal at
+// least, as what is almost flat jumps by noise.
+constexpr double jump_step_rel = 2e-3, least_change = 0.5, least_bend = 1.0;
+// Times that the first and last side of a feature are halved: then it has room for three splits.
+constexpr int halvings = 2;
+// Longest triangle of the diagonal, and length of triangles by that of edges of a remeshed cage.
+constexpr double longest_triangle_rel = 0.06, triangle_scale = 0.5;
+// How far the model may stick out of a quad, of the root of its area: more, and finer blocks are
+// made, by this factor, in at most so many rounds and only up to so many quads.
+constexpr double most_sag = 0.3, finer = 0.7;
+constexpr int most_rounds = 4;
+constexpr std::size_t many_quads = 1000;
+// Rounds in which all blocks may be refused before their layout is: finer ones may not fold.
+constexpr int most_refused = 2;
+// Tolerances that blocks are made for as well when those for the one asked for are refused.
+constexpr double fine_rel = 1e-4, loose_rel = 1e-3;
+
+/// The triangles of all edges.
+class EdgeTriangles {
   public:
-    explicit FeatureSides(const geom::SurfaceMesh& mesh) : mesh_(mesh) {
+    explicit EdgeTriangles(const geom::SurfaceMesh& mesh) : mesh_(mesh) {
         for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
             for (std::size_t k = 0; k < 3; ++k)
                 triangles_[std::minmax(mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3])]
                     .push_back(int(t));
     }
-    [[nodiscard]] const std::vector<int>& beside(int a, int b) const {
+    [[nodiscard]] const std::vector<int>& of(int a, int b) const {
         return triangles_.at(std::minmax(a, b));
     }
     [[nodiscard]] const std::map<std::pair<int, int>, std::vector<int>>& all() const {
@@ -45,18 +63,18 @@ class FeatureSides {
 Vec3 point_of(const geom::SurfaceMesh& mesh, int v) { return mesh.points.row(v).transpose(); }
 
 /// Whether the curvature across a side of a smooth feature is another one on the other side.
-bool curvature_jumps(const geom::SurfaceMesh& mesh, const FeatureSides& sides,
+bool curvature_jumps(const geom::SurfaceMesh& mesh, const EdgeTriangles& sides,
                      const geom::ModelSurface& reference, const geom::FeatureSide& side) {
-    constexpr double step_rel = 2e-3, least_change = 0.5, least_bend = 1.0;
     const double diagonal = reference.bounds().diagonal();
     const Vec3 a = point_of(mesh, side.v0), b = point_of(mesh, side.v1);
     const Vec3 middle = 0.5 * (a + b), along = (b - a).normalized();
     std::vector<double> across;
-    for (const int t : sides.beside(side.v0, side.v1)) {
+    for (const int t : sides.of(side.v0, side.v1)) {
         const auto& c = mesh.triangles[at(t)];
         const Vec3 p = point_of(mesh, c[0]), q = point_of(mesh, c[1]), r = point_of(mesh, c[2]);
         const Vec3 inward = (p + q + r) / 3.0 - middle;
-        const double step = std::min(1.0, step_rel * diagonal / std::max(inward.norm(), 1e-300));
+        const double step =
+            std::min(1.0, jump_step_rel * diagonal / std::max(inward.norm(), 1e-300));
         const Vec3 normal = (q - p).cross(r - p).normalized();
         if (!normal.allFinite()) return false;
         const auto bend = reference.curvature(reference.foot_point(middle + step * inward, normal));
@@ -74,14 +92,15 @@ bool curvature_jumps(const geom::SurfaceMesh& mesh, const FeatureSides& sides,
 }
 
 /// Adds smooth curves where the curvature jumps.
-void keep_jumps(const geom::SurfaceMesh& mesh, const FeatureSides& sides,
-                const geom::ModelSurface& reference, std::vector<char>& kept) {
+void keep_jumps(const geom::SurfaceMesh& mesh, const EdgeTriangles& sides,
+                const geom::ModelSurface& reference, std::vector<char>& kept, Poll& poll) {
     std::vector<int> jumps(kept.size(), 0), total(kept.size(), 0);
     for (const geom::FeatureSide& side : mesh.features) {
+        poll();
         if (kept[at(side.curve)] != 0) continue;
-        const auto& beside = sides.beside(side.v0, side.v1);
+        const auto& both = sides.of(side.v0, side.v1);
         ++total[at(side.curve)];
-        if (beside.size() != 2 || mesh.faces[at(beside[0])] == mesh.faces[at(beside[1])]) continue;
+        if (both.size() != 2 || mesh.faces[at(both[0])] == mesh.faces[at(both[1])]) continue;
         if (curvature_jumps(mesh, sides, reference, side)) ++jumps[at(side.curve)];
     }
     for (std::size_t i = 0; i < kept.size(); ++i)
@@ -89,7 +108,8 @@ void keep_jumps(const geom::SurfaceMesh& mesh, const FeatureSides& sides,
 }
 
 /// Regions with handles, as tori are, keep the seams of their faces.
-void keep_seams(const geom::SurfaceMesh& mesh, const FeatureSides& sides, std::vector<char>& kept) {
+void keep_seams(const geom::SurfaceMesh& mesh, const EdgeTriangles& sides,
+                std::vector<char>& kept) {
     std::set<std::pair<int, int>> walls;
     for (const geom::FeatureSide& f : mesh.features)
         if (kept[at(f.curve)] != 0) walls.insert({f.v0, f.v1});
@@ -107,13 +127,13 @@ void keep_seams(const geom::SurfaceMesh& mesh, const FeatureSides& sides, std::v
                 const std::pair<int, int> edge = std::minmax(c[k], c[(k + 1) % 3]);
                 vertices.insert(c[k]);
                 edges.insert(edge);
-                const auto& beside = sides.beside(edge.first, edge.second);
-                if (walls.contains(edge) || beside.size() != 2) {
+                const auto& both = sides.of(edge.first, edge.second);
+                if (walls.contains(edge) || both.size() != 2) {
                     border[edge.first].push_back(edge.second);
                     border[edge.second].push_back(edge.first);
                     continue;
                 }
-                for (const int t : beside) {
+                for (const int t : both) {
                     if (region[at(t)] >= 0) continue;
                     region[at(t)] = int(seed);
                     pending.push_back(t);
@@ -138,8 +158,7 @@ void keep_seams(const geom::SurfaceMesh& mesh, const FeatureSides& sides, std::v
 }
 
 /// Gives features that are one side long some vertices.
-void divide_short_features(TriMesh& mesh, const geom::ModelSurface& reference) {
-    constexpr int halvings = 2;
+void divide_short_features(geom::EditableMesh& mesh, const geom::ModelSurface& reference) {
     for (int round = 0; round < halvings; ++round) {
         std::vector<std::array<int, 3>> sides;
         for (int t = 0; t < mesh.triangle_count(); ++t) {
@@ -151,8 +170,8 @@ void divide_short_features(TriMesh& mesh, const geom::ModelSurface& reference) {
                 if (curve < 0) continue;
                 const auto& s = mesh.sides(a, b);
                 if (s.triangle[1] >= 0 && a > b) continue;
-                const bool end =
-                    mesh.kind(a) == VertexKind::Fixed || mesh.kind(b) == VertexKind::Fixed;
+                const bool end = mesh.kind(a) == geom::VertexKind::Fixed ||
+                                 mesh.kind(b) == geom::VertexKind::Fixed;
                 if (end) sides.push_back({a, b, curve});
             }
         }
@@ -163,13 +182,11 @@ void divide_short_features(TriMesh& mesh, const geom::ModelSurface& reference) {
     }
 }
 
-// Triangles are this much shorter than those that become quads by themselves.
-constexpr double triangle_scale = 0.5, longest_triangle_rel = 0.06;
-
 /// How far points between the corners of quads are from the model, of the roots of their areas.
-double worst_sag(const Blocks& blocks, const geom::ModelSurface& reference) {
+double worst_sag(const Blocks& blocks, const geom::ModelSurface& reference, Poll& poll) {
     double worst = 0.0;
     for (const auto& face : blocks.faces) {
+        poll();
         std::array<Vec3, 4> p;
         for (std::size_t k = 0; k < 4; ++k) p[k] = blocks.points[at(face[k])];
         const Vec3 area = 0.5 * (p[2] - p[0]).cross(p[3] - p[1]);
@@ -185,39 +202,34 @@ double worst_sag(const Blocks& blocks, const geom::ModelSurface& reference) {
 }
 
 /// @throw LayoutRefused
-BlockLayout layout_of(const Body& body, const std::vector<char>& borders, double tolerance_rel,
-                      const geom::ModelSurface& reference, const CageOptions& options) {
-    TriMesh mesh(part_of(body, borders));
+QuadLayout layout_of(const SurfaceBody& body, const std::vector<char>& borders,
+                     double tolerance_rel, const geom::ModelSurface& reference, Poll& poll) {
+    geom::EditableMesh mesh(part_of(body, borders));
     RemeshOptions remeshing;
     remeshing.size.tolerance_rel = tolerance_rel;
     remeshing.size.largest_rel = longest_triangle_rel / triangle_scale;
     remeshing.size.scale = triangle_scale;
-    remeshing.progress = options.progress;
-    remesh(mesh, reference, remeshing);
+    remesh(mesh, reference, remeshing, poll);
     divide_short_features(mesh, reference);
-    return brep_layout(mesh, reference);
+    return brep_layout(mesh, reference, poll);
 }
 
 /// @throw LayoutRefused
-Blocks blocks_of(BlockLayout& layout, ArcSizes sizes, const geom::ModelSurface& reference,
-                 const std::vector<std::string>& face_names) {
-    // What sticks out of the middle of a block is seen by no line along it, unless there are many;
-    // what folds when it is coarse may not when it is finer.
-    constexpr double most_sag = 0.3, finer = 0.7;
-    constexpr int most_rounds = 4, most_refused = 2;
-    constexpr std::size_t many = 1000;
+Blocks blocks_of(QuadLayout& layout, ArcSizes sizes, const geom::ModelSurface& reference,
+                 const std::vector<std::string>& face_names, Poll& poll) {
+    // What sticks out of the middle of a block is seen by no line along it, unless there are many.
     std::optional<Blocks> last;
     for (int round = 0;; ++round, sizes.scale *= finer) {
-        set_wanted(layout, reference, sizes);
+        set_wanted(layout, reference, sizes, poll);
         try {
-            last = block_grid(layout, divide_arcs(layout), reference, face_names);
+            last = block_grid(layout, divide_arcs(layout, poll), reference, face_names, poll);
         } catch (const LayoutRefused&) {
             if (last) break;
             if (round == most_refused) throw;
             continue;
         }
-        if (round == most_rounds || last->faces.size() > many ||
-            worst_sag(*last, reference) < most_sag)
+        if (round == most_rounds || last->faces.size() > many_quads ||
+            worst_sag(*last, reference, poll) < most_sag)
             break;
     }
     return std::move(*last);
@@ -226,32 +238,29 @@ Blocks blocks_of(BlockLayout& layout, ArcSizes sizes, const geom::ModelSurface& 
 }  // namespace
 
 std::vector<char> block_borders(const geom::SurfaceMesh& surface,
-                                const geom::ModelSurface& reference,
-                                const std::vector<char>& kept) {
-    const FeatureSides sides(surface);
+                                const geom::ModelSurface& reference, const std::vector<char>& kept,
+                                Poll& poll) {
+    const EdgeTriangles sides(surface);
     std::vector<char> borders = kept;
-    keep_jumps(surface, sides, reference, borders);
+    keep_jumps(surface, sides, reference, borders, poll);
     keep_seams(surface, sides, borders);
     return borders;
 }
 
-BodyBlocks brep_blocks(const Body& body, const std::vector<char>& borders,
+BodyBlocks brep_blocks(const SurfaceBody& body, const std::vector<char>& borders,
                        const geom::ModelSurface& reference,
                        const std::vector<std::string>& face_names, const CageOptions& options,
-                       double scale) {
-    // Where coarse quads fold, as for a loose tolerance, finer ones may not, and the other way
-    // round.
-    constexpr double fine_rel = 1e-4, loose_rel = 1e-3;
+                       Poll& poll, double scale) {
     BodyBlocks result;
     bool for_good = false;
     const auto attempt = [&](double of_triangles, const std::vector<double>& of_edges) {
-        std::optional<BlockLayout> layout;
+        std::optional<QuadLayout> layout;
         for (const double tolerance_rel : of_edges) {
             try {
-                if (!layout) layout = layout_of(body, borders, of_triangles, reference, options);
+                if (!layout) layout = layout_of(body, borders, of_triangles, reference, poll);
                 const ArcSizes sizes{
                     .tolerance_rel = tolerance_rel, .fineness = options.fineness, .scale = scale};
-                result.blocks = blocks_of(*layout, sizes, reference, face_names);
+                result.blocks = blocks_of(*layout, sizes, reference, face_names, poll);
                 return true;
             } catch (const LayoutRefused& refusal) {
                 if (result.refused.empty()) result.refused = refusal.why;

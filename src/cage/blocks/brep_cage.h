@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cage/blocks.h"
+#include "cage/poll.h"
 #include "cage/sections/sections.h"
 
 #include <patchwright/cage/make_cage.h>
@@ -13,11 +14,12 @@
 
 namespace patchwright::cage {
 
-/// One entry a feature curve: what is kept, and smooth ones where the curvature jumps, as beside
-/// fillets, part blocks; so do the seams of what has handles, as tori have.
+/// One entry a feature curve: what is kept, and smooth ones where the curvature jumps, as at the
+/// edges of fillets, part blocks; so do the seams of what has handles, as tori have.
 /// @param kept  one entry a feature curve: lines of any cage, sharp and free ones among them
 std::vector<char> block_borders(const geom::SurfaceMesh& surface,
-                                const geom::ModelSurface& reference, const std::vector<char>& kept);
+                                const geom::ModelSurface& reference, const std::vector<char>& kept,
+                                Poll& poll);
 
 struct BodyBlocks {
     std::optional<Blocks> blocks;
@@ -28,9 +30,9 @@ struct BodyBlocks {
 /// @param body     of a fine mesh
 /// @param borders  see block_borders()
 /// @param scale    > 0: edges are longer by it
-BodyBlocks brep_blocks(const Body& body, const std::vector<char>& borders,
+BodyBlocks brep_blocks(const SurfaceBody& body, const std::vector<char>& borders,
                        const geom::ModelSurface& reference,
                        const std::vector<std::string>& face_names, const CageOptions& options,
-                       double scale = 1.0);
+                       Poll& poll, double scale = 1.0);
 
 }  // namespace patchwright::cage

@@ -20,6 +20,17 @@ namespace {
 
 std::size_t at(int i) { return std::size_t(i); }
 
+// Cuts by piece that the model's features bound, and the fewest: more come from cuts that help
+// nothing.
+constexpr int cuts_per_piece = 30, fewest_cuts = 30;
+// Between two splits of a side: how far a split may be from its place, and how much farther it may
+// be to fall on a node that is there already.
+constexpr double split_window = 0.45, split_to_node = 0.3;
+// The turn of a border, 34 degrees, from which on a node is a corner to begin a disc's blocks with.
+constexpr double least_bend_rad = 0.6;
+// Times that the edges of a side are halved for room.
+constexpr int split_rounds = 6;
+
 /// A piece that needs no more cuts.
 struct Part {
     int seed = -1;  ///< a triangle
@@ -29,24 +40,24 @@ struct Part {
 
 class Builder {
   public:
-    Builder(TriMesh& mesh, const geom::ModelSurface& reference)
-        : mesh_(mesh), reference_(reference), pieces_(mesh, reference) {}
+    Builder(geom::EditableMesh& mesh, const geom::ModelSurface& reference, Poll& poll)
+        : mesh_(mesh), reference_(reference), poll_(poll), pieces_(mesh, reference) {}
 
-    BlockLayout build() {
+    QuadLayout build() {
         cut_up();
         for (Part& part : parts_) split_sides(part);
-        pieces_.smooth_cuts();
+        pieces_.smooth_cuts(poll_);
         for (const Part& part : parts_) add_blocks(part);
         return std::move(layout_);
     }
 
   private:
     /// One triangle of the piece on either side of a cut's beginning.
-    std::vector<int> make(const Cut& cut, const Piece& piece, bool held) {
+    std::vector<int> make(const Cut& cut, const CutPiece& piece, bool held) {
         const int a = piece.vertices[at(cut.path[0])], b = piece.vertices[at(cut.path[1])];
         pieces_.cut(piece, cut.path, cut.start, cut.end, held);
         std::vector<int> seeds{mesh_.sides(a, b).triangle[0]};
-        const Piece one = pieces_.piece(seeds[0]);
+        const CutPiece one = pieces_.piece(seeds[0]);
         // Splits of bridges may have put other triangles beside the path.
         for (const int t : mesh_.sides(a, b).triangle) {
             if (std::binary_search(one.triangles.begin(), one.triangles.end(), t)) continue;
@@ -58,13 +69,14 @@ class Builder {
 
     void cut_up() {
         std::vector<int> pending = pieces_.seeds();
-        const int most_cuts = 30 * int(pending.size()) + 30;
+        const int most_cuts = cuts_per_piece * int(pending.size()) + fewest_cuts;
         int cuts = 0;
         while (!pending.empty()) {
+            poll_();
             const int seed = pending.back();
             pending.pop_back();
-            const Piece piece = pieces_.piece(seed);
-            const auto crest = crest_cut(piece, pieces_, reference_);
+            const CutPiece piece = pieces_.piece(seed);
+            const auto crest = crest_cut(piece, pieces_, reference_, poll_);
             const auto form = crest ? std::nullopt : form_of(piece);
             if (form) {
                 parts_.push_back({seed, *form, {}});
@@ -72,19 +84,19 @@ class Builder {
             }
             if (++cuts > most_cuts) throw LayoutRefused{"faces need too many cuts"};
             const auto seeds =
-                make(crest ? *crest : best_cut(piece, pieces_), piece, crest.has_value());
+                make(crest ? *crest : best_cut(piece, pieces_, poll_), piece, crest.has_value());
             pending.insert(pending.end(), seeds.begin(), seeds.end());
         }
     }
 
     // Parting of sides.
 
-    struct Run {
+    struct BorderRun {
         int first, count;  ///< border points of a side, its first corner but not the next one
     };
 
-    [[nodiscard]] static std::vector<Run> runs_of(const Border& border) {
-        std::vector<Run> runs;
+    [[nodiscard]] static std::vector<BorderRun> runs_of(const Border& border) {
+        std::vector<BorderRun> runs;
         const int n = int(border.size());
         const int start = first_corner(border);
         if (start < 0) {
@@ -99,24 +111,30 @@ class Builder {
         return runs;
     }
 
-    /// The vertex nearest to a share of a side's length, better one that is a node; -1: none
-    /// inside.
-    [[nodiscard]] int vertex_at(const Border& border, const Run& run, double share,
-                                double spacing) const {
-        constexpr double for_node = 0.3, window = 0.45;
-        const int n = int(border.size());
+    /// Lengths from border point `first` to itself and each of the `count` that follow.
+    [[nodiscard]] std::vector<double> lengths_along(const Border& border, int first,
+                                                    int count) const {
         std::vector<double> length{0.0};
-        for (int k = 0; k < run.count; ++k) {
-            const BorderPoint& p = border[at((run.first + k) % n)];
+        for (int k = 0; k < count; ++k) {
+            const BorderPoint& p = border[at((first + k) % int(border.size()))];
             length.push_back(length.back() + (mesh_.point(p.vertex) - mesh_.point(p.next)).norm());
         }
+        return length;
+    }
+
+    /// The vertex nearest to a share of a side's length, better one that is a node; -1: none
+    /// inside.
+    [[nodiscard]] int vertex_at(const Border& border, const BorderRun& run, double share,
+                                double spacing) const {
+        const int n = int(border.size());
+        const std::vector<double> length = lengths_along(border, run.first, run.count);
         int best = -1;
         double least = std::numeric_limits<double>::infinity();
         for (int k = 1; k < run.count; ++k) {
             const int v = border[at((run.first + k) % n)].vertex;
             const double off = std::abs(length[at(k)] / length.back() - share);
-            const double cost = off - (pieces_.is_node(v) ? for_node * spacing : 0.0);
-            if (off > window * spacing || cost >= least) continue;
+            const double cost = off - (pieces_.is_node(v) ? split_to_node * spacing : 0.0);
+            if (off > split_window * spacing || cost >= least) continue;
             least = cost;
             best = v;
         }
@@ -125,10 +143,9 @@ class Builder {
 
     /// The vertices of the four nodes where a border bends most, when there are just four.
     [[nodiscard]] static std::vector<int> four_bends(const Border& border) {
-        constexpr double least_bend = 0.6;
         std::vector<int> result;
         for (const BorderPoint& p : border)
-            if (p.node && M_PI - p.angle > least_bend) result.push_back(p.vertex);
+            if (p.node && M_PI - p.angle > least_bend_rad) result.push_back(p.vertex);
         if (result.size() != 4) result.clear();
         return result;
     }
@@ -140,14 +157,14 @@ class Builder {
                              : part.form == PieceForm::Drop  ? 5
                                                              : 1;
         if (part.form == PieceForm::Sphere) throw LayoutRefused{"a face is closed in itself", true};
-        constexpr int rounds = 6;
-        for (int round = 0; round < rounds; ++round) {
-            const Piece piece = pieces_.piece(part.seed);
+        for (int round = 0; round < split_rounds; ++round) {
+            poll_();
+            const CutPiece piece = pieces_.piece(part.seed);
             const Border& border = piece.borders[0];
             part.splits = part.form == PieceForm::Disc ? four_bends(border) : std::vector<int>();
             if (!part.splits.empty()) return;
             bool enough = true;
-            for (const Run& run : runs_of(border)) {
+            for (const BorderRun& run : runs_of(border)) {
                 // A border without corners begins at a node, or anywhere.
                 if (part.form == PieceForm::Disc)
                     part.splits.push_back(border[at(run.first)].vertex);
@@ -183,7 +200,7 @@ class Builder {
             std::set<int> curves;
             bool held = mesh_.is_boundary(vertex);
             for (const int w : mesh_.feature_neighbours(vertex)) {
-                const EdgeSides s = mesh_.sides(vertex, w);
+                const geom::EdgeSides s = mesh_.sides(vertex, w);
                 const int curve = mesh_.curve(s.triangle[0], s.side[0]);
                 const auto kind = reference_.features().curves[at(curve)].kind;
                 hard += kind != geom::FeatureKind::Smooth ? 1 : 0;
@@ -206,7 +223,7 @@ class Builder {
         if (known != arcs_.end()) return known->second;
         LayoutArc arc;
         arc.start = node_of(vertex);
-        const EdgeSides s = mesh_.sides(vertex, next);
+        const geom::EdgeSides s = mesh_.sides(vertex, next);
         arc.curve = mesh_.curve(s.triangle[0], s.side[0]);
         arc.crease = arc.curve >= 0 && s.triangle[1] >= 0 &&
                      reference_.features().curves[at(arc.curve)].kind == geom::FeatureKind::Sharp;
@@ -272,7 +289,7 @@ class Builder {
     }
 
     void add_blocks(const Part& part) {
-        const Piece piece = pieces_.piece(part.seed);
+        const CutPiece piece = pieces_.piece(part.seed);
         const Border& border = piece.borders[0];
         const std::vector<int> stops = stops_of(border, part);
         const std::vector<Vec2> polygon = polygon_of(part, int(stops.size()));
@@ -281,11 +298,8 @@ class Builder {
         FlatBorder around;
         for (int s = 0; s < count; ++s) {
             const int first = stops[at(s)], last = stops[at((s + 1) % count)];
-            std::vector<double> length{0.0};
-            for (int k = first; length.size() == 1 || k != last; k = (k + 1) % n)
-                length.push_back(
-                    length.back() +
-                    (mesh_.point(border[at(k)].vertex) - mesh_.point(border[at(k)].next)).norm());
+            const std::vector<double> length =
+                lengths_along(border, first, first == last ? n : (last - first + n) % n);
             FlatSide side;
             side.end = polygon[at((s + 1) % count)];
             for (std::size_t i = 0; i + 1 < length.size(); ++i) {
@@ -306,19 +320,20 @@ class Builder {
         add_piece_blocks(layout_, reference_, part.form, around);
     }
 
-    TriMesh& mesh_;
+    geom::EditableMesh& mesh_;
     const geom::ModelSurface& reference_;
+    Poll& poll_;
     PieceMesh pieces_;
     std::vector<Part> parts_;
     std::map<int, int> nodes_;
     std::map<std::pair<int, int>, ArcUse> arcs_;
-    BlockLayout layout_;
+    QuadLayout layout_;
 };
 
 }  // namespace
 
-BlockLayout brep_layout(TriMesh& mesh, const geom::ModelSurface& reference) {
-    return Builder(mesh, reference).build();
+QuadLayout brep_layout(geom::EditableMesh& mesh, const geom::ModelSurface& reference, Poll& poll) {
+    return Builder(mesh, reference, poll).build();
 }
 
 }  // namespace patchwright::cage

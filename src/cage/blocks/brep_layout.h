@@ -3,6 +3,7 @@
 
 #include "cage/blocks/block_layout.h"
 #include "cage/blocks/piece_mesh.h"
+#include "cage/poll.h"
 
 namespace patchwright::cage {
 
@@ -10,6 +11,6 @@ namespace patchwright::cage {
 /// none, which then are parted into blocks.
 /// @param mesh  even triangles, finer than the blocks are to be; changed
 /// @throw LayoutRefused
-BlockLayout brep_layout(TriMesh& mesh, const geom::ModelSurface& reference);
+QuadLayout brep_layout(geom::EditableMesh& mesh, const geom::ModelSurface& reference, Poll& poll);
 
 }  // namespace patchwright::cage

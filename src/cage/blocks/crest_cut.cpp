@@ -1,9 +1,10 @@
 #include "cage/blocks/crest_cut.h"
 
+#include "cage/tight_radius.h"
+#include "geom/shortest_paths.h"
+
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <queue>
 
 namespace patchwright::cage {
 
@@ -11,28 +12,35 @@ using geom::Vec3;
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-// Of the diagonal: radii below are too small for faces of a cage.
-constexpr double tight_rel = 6e-3;
+// Times as much a surface must bend across a crest as along it: balls are no crests.
+constexpr double least_ratio = 3.0;
+// A crest is at least this long, in radii that are just too tight, and its strip touches borders on
+// at most this share of its length: else it is a small fillet or a blend all around.
+constexpr double shortest_crest = 5.0, longest_contact = 0.2;
+// Points of a border that may be missing in a contact.
+constexpr int most_gap = 2;
+// Power of the curvature that makes ways shorter.
+constexpr double follows_bend = 2.0;
 
 std::size_t at(int i) { return std::size_t(i); }
 
 class CrestSearch {
   public:
-    CrestSearch(const Piece& piece, const PieceMesh& mesh, const geom::ModelSurface& reference)
+    CrestSearch(const CutPiece& piece, const PieceMesh& mesh, const geom::ModelSurface& reference,
+                Poll& poll)
         : piece_(piece),
           mesh_(mesh),
-          tightest_(tight_rel * reference.bounds().diagonal()),
+          tightest_(tight_radius_rel * reference.bounds().diagonal()),
           bend_(piece.vertices.size(), 0.0) {
         for (std::size_t i = at(piece.border_count()); i < bend_.size(); ++i) {
+            poll();
             const int v = piece.vertices[i];
             const auto bend = reference.curvature(
                 reference.foot_point(mesh.mesh().point(v), mesh.mesh().vertex_normal(v)));
             if (!bend) continue;
-            // Balls are no crests.
             const auto [small, large] =
                 std::minmax({std::abs(bend->value[0]), std::abs(bend->value[1])});
-            if (3.0 * small < large) bend_[i] = large * tightest_;
+            if (least_ratio * small < large) bend_[i] = large * tightest_;
         }
     }
 
@@ -65,17 +73,16 @@ class CrestSearch {
     }
 
     /// Border points beside a strip in runs that follow each other; nothing but when there are two.
-    struct Run {
+    struct ContactRun {
         std::vector<int> points;
         double length = 0.0;
     };
-    [[nodiscard]] std::vector<Run> contacts(const std::vector<int>& strip) const {
-        constexpr int most_gap = 2;
+    [[nodiscard]] std::vector<ContactRun> contacts(const std::vector<int>& strip) const {
         std::vector<char> touched(at(piece_.border_count()), 0);
         for (const int i : strip)
             for (const auto& [j, length] : piece_.neighbours[at(i)])
                 if (j < piece_.border_count()) touched[at(j)] = 1;
-        std::vector<Run> runs;
+        std::vector<ContactRun> runs;
         int base = 0;
         for (const Border& border : piece_.borders) {
             const int n = int(border.size());
@@ -95,7 +102,7 @@ class CrestSearch {
                     continue;
                 }
                 if (since > most_gap) runs.emplace_back();
-                Run& run = runs.back();
+                ContactRun& run = runs.back();
                 if (!run.points.empty()) run.length += (point(i) - point(run.points.back())).norm();
                 run.points.push_back(i);
                 since = 0;
@@ -106,7 +113,7 @@ class CrestSearch {
     }
 
     /// The point of a run beside which the strip is bent most tightly.
-    [[nodiscard]] int sharpest(const Run& run) const {
+    [[nodiscard]] int sharpest(const ContactRun& run) const {
         int best = -1;
         double most = 0.0;
         for (const int i : run.points) {
@@ -122,44 +129,31 @@ class CrestSearch {
 
     /// Along a strip from border to border, where it is bent most.
     [[nodiscard]] std::optional<Cut> along(const std::vector<int>& strip, double& length) const {
-        constexpr double longest_contact = 0.2, shortest_rel = 5.0, edge = 2.0;
-        const std::vector<Run> runs = contacts(strip);
+        const std::vector<ContactRun> runs = contacts(strip);
         if (runs.size() != 2) return std::nullopt;
         const int from = sharpest(runs[0]), to = sharpest(runs[1]);
         if (from < 0 || to < 0) return std::nullopt;
         length = (point(to) - point(from)).norm();
         const double contact = std::max(runs[0].length, runs[1].length);
-        if (length < shortest_rel * tightest_ || contact > longest_contact * length)
+        if (length < shortest_crest * tightest_ || contact > longest_contact * length)
             return std::nullopt;
-        std::vector<double> way(bend_.size(), infinity);
-        std::vector<int> back(bend_.size(), -1);
-        using Item = std::pair<double, int>;
-        std::priority_queue<Item, std::vector<Item>, std::greater<>> queue;
-        way[at(from)] = 0.0;
-        queue.emplace(0.0, from);
-        while (!queue.empty()) {
-            const auto [l, i] = queue.top();
-            queue.pop();
-            if (l > way[at(i)]) continue;
+        // Tightly bent points are near to each other: the path follows the crest.
+        const auto visit = [&](int i, double way, const auto& reach) {
             for (const auto& [j, step] : piece_.neighbours[at(i)]) {
                 if (j != to && bend_[at(j)] <= 1.0) continue;
-                const double there = l + step / std::pow(j == to ? 1.0 : bend_[at(j)], edge);
-                if (there >= way[at(j)]) continue;
-                way[at(j)] = there;
-                back[at(j)] = i;
-                queue.emplace(there, j);
+                reach(j, way + step / std::pow(j == to ? 1.0 : bend_[at(j)], follows_bend));
             }
-        }
-        if (back[at(to)] < 0) return std::nullopt;
+        };
+        const geom::ShortestPaths paths = geom::shortest_paths(bend_.size(), {{from, 0.0}}, visit);
+        if (paths.from[at(to)] < 0) return std::nullopt;
         Cut cut;
-        for (int i = to; i >= 0; i = back[at(i)]) cut.path.push_back(i);
-        std::reverse(cut.path.begin(), cut.path.end());
+        cut.path = paths.path_to(to);
         cut.start.angle = 0.5 * piece_.border_point(from).angle;
         cut.end.angle = 0.5 * piece_.border_point(to).angle;
         return cut;
     }
 
-    const Piece& piece_;
+    const CutPiece& piece_;
     const PieceMesh& mesh_;
     double tightest_;
     std::vector<double> bend_;  ///< times the radius that is too small; 0 on the border
@@ -167,9 +161,9 @@ class CrestSearch {
 
 }  // namespace
 
-std::optional<Cut> crest_cut(const Piece& piece, const PieceMesh& mesh,
-                             const geom::ModelSurface& reference) {
-    return CrestSearch(piece, mesh, reference).run();
+std::optional<Cut> crest_cut(const CutPiece& piece, const PieceMesh& mesh,
+                             const geom::ModelSurface& reference, Poll& poll) {
+    return CrestSearch(piece, mesh, reference, poll).run();
 }
 
 }  // namespace patchwright::cage

@@ -1,12 +1,14 @@
 #include "cage/blocks/cuts.h"
 
+#include "geom/angle.h"
+#include "geom/shortest_paths.h"
+
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <queue>
 
 namespace patchwright::cage {
 
@@ -17,8 +19,30 @@ namespace {
 std::size_t at(int i) { return std::size_t(i); }
 
 // How far a side may bend inward (by itself, in triangles and so on; against the opposite one in
-// blocks) before it needs a line from its middle, radians.
+// blocks) before it needs a line from its middle: 112 degrees, which leaves quads 34 on either
+// side.
 constexpr double most_inward = 1.95;
+// Share of such a side's turn from either end within which that line does not begin: it would still
+// bend too much beyond.
+constexpr double from_end = 0.25;
+// Border points from which cuts are tried, by border: one in so many that there are about these.
+constexpr int most_sources = 32;
+// An end of a cut costs the square of its angle's error in these units (34 degrees), and so much at
+// a corner, which it would part; it gains by starting where a corner needs more than one quad.
+constexpr double angle_unit_rad = 0.6, at_corner = 2.0, from_reflex = -1.0;
+// A cut costs this in lengths of the root of the piece's area; it gains by joining two borders and
+// by ends on nodes.
+constexpr double by_length = 0.7, other_border = -0.5, has_node = -0.15;
+// All gains together: a cut that is worse by more before they are known need not be looked at.
+constexpr double most_gained = 3.0;
+// A cut that ends this near to a node, of its length, leaves a sliver of a block and costs so much.
+constexpr double node_reach = 0.3, node_penalty = 0.8;
+// Of the difference from four corners, squared, on either side.
+constexpr double corner_weight = 0.25;
+// Share of a cut's length over which its direction is taken: it goes by edges, which zigzag.
+constexpr double direction_share = 0.35;
+// A cut from a corner with several quads stays away from it by this part of the border.
+constexpr int farther_along = 8;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// A side of a disc, from corner to corner.
@@ -50,7 +74,7 @@ int corner_count(const Border& border) {
                              [](const BorderPoint& p) { return p.faces == 1; }));
 }
 
-bool has_reflex(const Piece& piece) {
+bool has_reflex(const CutPiece& piece) {
     for (const Border& border : piece.borders)
         for (const BorderPoint& p : border)
             if (p.faces > 2) return true;
@@ -76,19 +100,17 @@ std::optional<SideOf> hollow_side(const Border& border) {
 /// Directions along the border at each point.
 class Directions {
   public:
-    Directions(const Piece& piece, const TriMesh& mesh) : piece_(piece), mesh_(mesh) {}
+    Directions(const CutPiece& piece, const geom::EditableMesh& mesh)
+        : piece_(piece), mesh_(mesh) {}
 
     /// Share of the angle at border point i, from the way onward to the way d, 0 to 1.
     [[nodiscard]] double share(int i, const Vec3& d) const {
         const Vec3 onward = way(i, 1), back = way(i, -1);
-        const double right = angle(onward, d), left = angle(back, d);
+        const double right = geom::angle_between(onward, d), left = geom::angle_between(back, d);
         return right + left > 0.0 ? right / (right + left) : 0.5;
     }
 
   private:
-    static double angle(const Vec3& a, const Vec3& b) {
-        return std::atan2(a.cross(b).norm(), a.dot(b));
-    }
     [[nodiscard]] Vec3 way(int i, int step) const {
         int first = 0;
         std::size_t border = 0;
@@ -100,65 +122,38 @@ class Directions {
         return mesh_.point(b[at(other)].vertex) - mesh_.point(b[at(i - first)].vertex);
     }
 
-    const Piece& piece_;
-    const TriMesh& mesh_;
-};
-
-struct Search {
-    std::vector<double> length;
-    std::vector<int> from;
+    const CutPiece& piece_;
+    const geom::EditableMesh& mesh_;
 };
 
 /// Shortest ways from a border point through the inside.
-Search ways_from(const Piece& piece, int source) {
-    Search s;
-    s.length.assign(piece.vertices.size(), infinity);
-    s.from.assign(piece.vertices.size(), -1);
-    s.length[at(source)] = 0.0;
+geom::ShortestPaths ways_from(const CutPiece& piece, int source) {
     const int border = piece.border_count();
-    using Item = std::pair<double, int>;
-    std::priority_queue<Item, std::vector<Item>, std::greater<>> queue;
-    queue.emplace(0.0, source);
-    while (!queue.empty()) {
-        const auto [length, i] = queue.top();
-        queue.pop();
-        if (length > s.length[at(i)] || (i < border && i != source)) continue;
-        for (const auto& [j, step] : piece.neighbours[at(i)]) {
-            if (length + step >= s.length[at(j)]) continue;
-            s.length[at(j)] = length + step;
-            s.from[at(j)] = i;
-            queue.emplace(length + step, j);
-        }
-    }
-    return s;
+    return geom::shortest_paths(piece.vertices.size(), {{source, 0.0}},
+                                [&](int i, double length, const auto& reach) {
+                                    if (i < border && i != source) return;
+                                    for (const auto& [j, step] : piece.neighbours[at(i)])
+                                        reach(j, length + step);
+                                });
 }
 
-PiecePath path_to(const Search& search, int target) {
-    PiecePath path;
-    for (int i = target; i >= 0; i = search.from[at(i)]) path.push_back(i);
-    std::reverse(path.begin(), path.end());
-    return path;
-}
-
-/// How a way that leaves border point p at this share of its angle parts it, and what is lost by
-/// it.
-struct End {
+/// How a way that leaves border point p at this share of its angle parts it, and what that costs.
+struct CutEnd {
     Parting parting;
     double cost = 0.0;
 };
 
-End end_at(const BorderPoint& p, double share) {
-    constexpr double width = 0.6, at_corner = 2.0, from_reflex = -1.0;
-    End end;
+CutEnd end_at(const BorderPoint& p, double share) {
+    CutEnd end;
     end.parting.angle = share * p.angle;
     if (p.faces == 1) {
-        end.cost = at_corner + std::pow((share - 0.5) * p.angle / width, 2.0);
+        end.cost = at_corner + std::pow((share - 0.5) * p.angle / angle_unit_rad, 2.0);
         return end;
     }
     int faces = std::clamp(int(std::lround(share * p.faces)), 1, p.faces - 1);
     end.parting.faces = faces;
     end.parting.faces_after = p.faces - faces;
-    end.cost = std::pow((share - double(faces) / p.faces) * p.angle / width, 2.0);
+    end.cost = std::pow((share - double(faces) / p.faces) * p.angle / angle_unit_rad, 2.0);
     if (p.faces > 2) end.cost += from_reflex;
     return end;
 }
@@ -173,9 +168,10 @@ int turns_between(const Border& border, int i, int j) {
 
 class CutSearch {
   public:
-    CutSearch(const Piece& piece, const PieceMesh& mesh)
+    CutSearch(const CutPiece& piece, const PieceMesh& mesh, Poll& poll)
         : piece_(piece),
           mesh_(mesh),
+          poll_(poll),
           directions_(piece, mesh.mesh()),
           scale_(std::sqrt(std::max(piece.area, 1e-300))) {
         measure_to_nodes();
@@ -185,7 +181,8 @@ class CutSearch {
         double least = infinity;
         std::optional<Cut> best;
         for (const int source : sources()) {
-            const Search search = ways_from(piece_, source);
+            poll_();
+            const geom::ShortestPaths search = ways_from(piece_, source);
             for (int target = 0; target < piece_.border_count(); ++target) {
                 if (target == source || !allowed(source, target)) continue;
                 const double length = search.length[at(target)];
@@ -229,7 +226,6 @@ class CutSearch {
 
     /// Every how many points one is looked at, and numbers of border points.
     [[nodiscard]] std::vector<int> sources() {
-        constexpr int most = 32;
         std::vector<int> result;
         int base = 0;
         for (const Border& border : piece_.borders) {
@@ -245,7 +241,7 @@ class CutSearch {
                 const int n = int(piece_.borders[b].size());
                 for (int i = 0; i < n && int(b) != outer; ++i)
                     if (piece_.borders[b][at(i)].faces > 1 &&
-                        (piece_.borders[b][at(i)].node || i % (1 + n / most) == 0))
+                        (piece_.borders[b][at(i)].node || i % (1 + n / most_sources) == 0))
                         result.push_back(base + i);
                 base += n;
             }
@@ -254,8 +250,6 @@ class CutSearch {
         const Border& border = piece_.borders[0];
         const int n = int(border.size());
         if (const auto side = hollow_side(border)) {
-            // Not near its ends: it would still bend too much.
-            constexpr double from_end = 0.25;
             double turn = 0.0;
             for (int k = 1; k < side->count; ++k) {
                 const int i = (side->first + k) % n;
@@ -266,7 +260,7 @@ class CutSearch {
             if (!result.empty()) return result;
         }
         for (int i = 0; i < n; ++i)
-            if (border[at(i)].faces == 2 && (border[at(i)].node || i % (1 + n / most) == 0))
+            if (border[at(i)].faces == 2 && (border[at(i)].node || i % (1 + n / most_sources) == 0))
                 result.push_back(i);
         return result;
     }
@@ -303,21 +297,19 @@ class CutSearch {
             return count;
         };
         const bool reflex = piece_.border_point(source).faces > 2;
-        return reflex ? std::min(std::abs(i - j), n - std::abs(i - j)) > n / 8
+        return reflex ? std::min(std::abs(i - j), n - std::abs(i - j)) > n / farther_along
                       : corners(i, j) > 0 && corners(j, i) > 0;
     }
 
     [[nodiscard]] double near_node(int point, double length) const {
-        constexpr double reach = 0.3, penalty = 0.8;
         const double d = to_node_[at(point)];
-        if (d <= 0.0 || !(d < reach * length)) return 0.0;
-        return penalty * (1.0 - d / (reach * length));
+        if (d <= 0.0 || !(d < node_reach * length)) return 0.0;
+        return node_penalty * (1.0 - d / (node_reach * length));
     }
 
     /// What is far from four corners on both sides of a cut through a disc.
-    [[nodiscard]] double corner_cost(int source, int target, const End& start,
-                                     const End& end) const {
-        constexpr double weight = 0.25;
+    [[nodiscard]] double corner_cost(int source, int target, const CutEnd& start,
+                                     const CutEnd& end) const {
         if (piece_.borders.size() != 1) return 0.0;
         const Border& border = piece_.borders[0];
         const int n = int(border.size());
@@ -326,20 +318,19 @@ class CutSearch {
                         end.parting.faces_after;
         const int other = turns_between(border, (target + 1) % n, source) + 4 -
                           start.parting.faces_after - end.parting.faces;
-        return weight * ((one - 4) * (one - 4) + (other - 4) * (other - 4));
+        return corner_weight * ((one - 4) * (one - 4) + (other - 4) * (other - 4));
     }
 
-    std::optional<Cut> judge(const Search& search, int source, int target, double& least) const {
-        constexpr double by_length = 0.7, probe = 0.35, other_border = -0.5, has_node = -0.15;
+    std::optional<Cut> judge(const geom::ShortestPaths& search, int source, int target,
+                             double& least) const {
         const double length = search.length[at(target)];
         double cost = by_length * length / scale_;
-        if (cost - 3.0 > least) return std::nullopt;
+        if (cost - most_gained > least) return std::nullopt;
         cost += near_node(source, length) + near_node(target, length);
         for (const int i : {source, target})
             if (to_node_[at(i)] <= 0.0) cost += has_node;
         if (piece_.border_of(source) != piece_.border_of(target)) cost += other_border;
-        PiecePath path = path_to(search, target);
-        // Ways go by edges: their direction is that of a longer piece.
+        PiecePath path = search.path_to(target);
         const auto point = [&](double share) {
             Vec3 p = mesh_.mesh().point(piece_.vertices[at(path.front())]);
             for (std::size_t k = 1; k < path.size(); ++k) {
@@ -351,19 +342,20 @@ class CutSearch {
             }
             return p;
         };
-        const Vec3 from_start = point(probe) - point(0.0),
-                   from_end = point(1.0 - probe) - point(1.0);
-        const End start =
+        const Vec3 from_start = point(direction_share) - point(0.0),
+                   from_end = point(1.0 - direction_share) - point(1.0);
+        const CutEnd start =
             end_at(piece_.border_point(source), directions_.share(source, from_start));
-        const End end = end_at(piece_.border_point(target), directions_.share(target, from_end));
+        const CutEnd end = end_at(piece_.border_point(target), directions_.share(target, from_end));
         cost += start.cost + end.cost + corner_cost(source, target, start, end);
         if (cost >= least) return std::nullopt;
         least = cost;
         return Cut{std::move(path), start.parting, end.parting};
     }
 
-    const Piece& piece_;
+    const CutPiece& piece_;
     const PieceMesh& mesh_;
+    Poll& poll_;
     Directions directions_;
     double scale_;
     std::vector<double> to_node_;
@@ -371,7 +363,7 @@ class CutSearch {
 
 }  // namespace
 
-std::optional<PieceForm> form_of(const Piece& piece) {
+std::optional<PieceForm> form_of(const CutPiece& piece) {
     const int genus_and_borders = 2 - int(piece.borders.size()) - piece.euler;
     if (piece.has_apex) throw LayoutRefused{"a cone's tip is inside a face", true};
     if (genus_and_borders != 0)
@@ -393,6 +385,8 @@ std::optional<PieceForm> form_of(const Piece& piece) {
     }
 }
 
-Cut best_cut(const Piece& piece, const PieceMesh& mesh) { return CutSearch(piece, mesh).best(); }
+Cut best_cut(const CutPiece& piece, const PieceMesh& mesh, Poll& poll) {
+    return CutSearch(piece, mesh, poll).best();
+}
 
 }  // namespace patchwright::cage

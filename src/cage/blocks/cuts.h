@@ -3,6 +3,7 @@
 
 #include "cage/blocks/block_layout.h"
 #include "cage/blocks/piece_mesh.h"
+#include "cage/poll.h"
 
 #include <optional>
 
@@ -20,7 +21,7 @@ enum class PieceForm {
 
 /// Nothing where a cut is needed.
 /// @throw LayoutRefused when no cut can help
-std::optional<PieceForm> form_of(const Piece& piece);
+std::optional<PieceForm> form_of(const CutPiece& piece);
 
 /// A cut to make.
 struct Cut {
@@ -31,6 +32,6 @@ struct Cut {
 /// The cut that leaves the squarest pieces: it meets borders at right angles or goes on from
 /// corners that need more than one quad, is short, and shares out corners.
 /// @throw LayoutRefused when there is none
-Cut best_cut(const Piece& piece, const PieceMesh& mesh);
+Cut best_cut(const CutPiece& piece, const PieceMesh& mesh, Poll& poll);
 
 }  // namespace patchwright::cage

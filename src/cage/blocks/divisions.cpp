@@ -1,5 +1,7 @@
 #include "cage/blocks/divisions.h"
 
+#include "geom/shortest_paths.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +9,6 @@
 #include <limits>
 #include <map>
 #include <optional>
-#include <queue>
 
 namespace patchwright::cage {
 
@@ -18,49 +19,68 @@ std::size_t at(int i) { return std::size_t(i); }
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// A block's side that an arc is part of.
-struct Place {
+struct SideUse {
     int block = -1, side = -1;
 };
 
-/// A way of a strip: the arcs it crosses, and the corners of blocks that it turns around.
+/// A corner of a block, by the side that ends there.
+struct Corner {
+    int block = -1, side = -1;
+};
+
+/// A way of a strip: the arcs it crosses, and the corners of blocks that it goes around.
 struct Strip {
     std::vector<int> arcs;
-    std::vector<std::pair<int, int>> turns;  ///< block, side before the corner
+    std::vector<Corner> corners;
 };
+
+// Strips that are tried for an arc that has too few edges: each failure rules out one corner.
+constexpr int tries = 20;
+// Strips that are added at most, besides those that must be: for each arc, and for small layouts.
+constexpr int rounds_per_arc = 20, fewest_rounds = 100;
+// Costs, in edges that an arc has too many: a valence-3 insertion is as bad as a dozen, a further
+// strip around the same corner hardly matters; a strip where edges are missing must still be short.
+constexpr double first_insertion = 12.0, further_insertion = 0.5, least_cost = 0.02;
+// Of each arc that a strip crosses, so that short ways are taken.
+constexpr double cost_of_arc = 0.5;
+// Edges that an arc should get at least, however short it is: keeps relative errors finite.
+constexpr double least_wanted = 0.5;
 
 class Divider {
   public:
-    explicit Divider(const BlockLayout& layout)
-        : layout_(layout), places_(layout.arcs.size()), turned_(layout.blocks.size(), -1) {
+    Divider(const QuadLayout& layout, Poll& poll)
+        : layout_(layout),
+          poll_(poll),
+          uses_(layout.arcs.size()),
+          corner_side_(layout.blocks.size(), -1) {
         result_.edges.assign(layout.arcs.size(), 0);
-        result_.turns.resize(layout.blocks.size());
+        result_.insertions.resize(layout.blocks.size());
         for (std::size_t b = 0; b < layout.blocks.size(); ++b)
             for (int s = 0; s < 4; ++s)
                 for (const ArcUse& use : layout.blocks[b].sides[at(s)])
-                    places_[at(use.arc)].push_back({int(b), s});
-        for (std::size_t a = 0; a < places_.size(); ++a)
-            if (places_[a].empty() || places_[a].size() > 2)
-                throw LayoutRefused{fmt::format("a line has {} blocks", places_[a].size())};
+                    uses_[at(use.arc)].push_back({int(b), s});
+        for (std::size_t a = 0; a < uses_.size(); ++a)
+            if (uses_[a].empty() || uses_[a].size() > 2)
+                throw LayoutRefused{fmt::format("a line has {} blocks", uses_[a].size())};
     }
 
     Divisions divide() {
         // What must be there, the scarcest first; every round adds one at least.
         for (int missing = most_missing(); missing >= 0; missing = most_missing()) {
-            constexpr int tries = 20;
             bool added = false;
             for (int i = 0; i < tries && !added; ++i) {
-                const auto strip = best_strip(missing, Turning::Anywhere);
+                const auto strip = best_strip(missing, Insertions::Anywhere);
                 if (!strip) break;
                 added = add(*strip);
             }
             if (!added) refuse(missing);
         }
-        const int most_rounds = 20 * int(places_.size()) + 100;
-        std::vector<char> settled(places_.size(), 0);
+        const int most_rounds = rounds_per_arc * int(uses_.size()) + fewest_rounds;
+        std::vector<char> settled(uses_.size(), 0);
         for (int round = 0; round < most_rounds; ++round) {
             int scarcest = -1;
             double worst = 0.0;
-            for (std::size_t a = 0; a < places_.size(); ++a) {
+            for (std::size_t a = 0; a < uses_.size(); ++a) {
                 const double lack = (wanted(int(a)) - number(int(a))) / wanted(int(a));
                 if (settled[a] == 0 && lack > worst) {
                     worst = lack;
@@ -68,7 +88,7 @@ class Divider {
                 }
             }
             if (scarcest < 0) break;
-            const auto strip = best_strip(scarcest, Turning::WhereOthersDo);
+            const auto strip = best_strip(scarcest, Insertions::WhereOthersAre);
             if (strip && gain(strip->arcs) > 0.0 && add(*strip))
                 std::fill(settled.begin(), settled.end(), char(0));
             else
@@ -78,7 +98,7 @@ class Divider {
     }
 
   private:
-    enum class Turning { WhereOthersDo, Anywhere };
+    enum class Insertions { WhereOthersAre, Anywhere };
 
     [[noreturn]] void refuse(int a) const {
         const auto& points = layout_.arcs[at(a)].points;
@@ -89,20 +109,20 @@ class Divider {
                         p.x(), p.y(), p.z())};
     }
 
-    /// Takes a strip; false, and nothing is taken, when it turns around two corners of one block.
+    /// Takes a strip; false, and nothing is taken, when it goes around two corners of one block.
     bool add(const Strip& strip) {
         std::map<int, int> fresh;
-        for (const auto& [block, side] : strip.turns) {
-            const int before =
-                result_.turns[at(block)].count > 0 ? result_.turns[at(block)].side : side;
+        for (const auto& [block, side] : strip.corners) {
+            const Valence3Insertion& known = result_.insertions[at(block)];
+            const int before = known.count > 0 ? known.side : side;
             if (before == side && fresh.emplace(block, side).first->second == side) continue;
-            turned_[at(block)] = result_.turns[at(block)].count > 0 ? before : fresh[block];
+            corner_side_[at(block)] = known.count > 0 ? before : fresh[block];
             return false;
         }
-        for (const auto& [block, side] : strip.turns) {
-            result_.turns[at(block)].side = side;
-            ++result_.turns[at(block)].count;
-            turned_[at(block)] = side;
+        for (const auto& [block, side] : strip.corners) {
+            result_.insertions[at(block)].side = side;
+            ++result_.insertions[at(block)].count;
+            corner_side_[at(block)] = side;
         }
         for (const int a : strip.arcs) ++result_.edges[at(a)];
         return true;
@@ -110,11 +130,13 @@ class Divider {
 
     [[nodiscard]] int number(int a) const { return result_.edges[at(a)]; }
 
-    [[nodiscard]] double wanted(int a) const { return std::max(0.5, layout_.arcs[at(a)].wanted); }
+    [[nodiscard]] double wanted(int a) const {
+        return std::max(least_wanted, layout_.arcs[at(a)].wanted);
+    }
 
     [[nodiscard]] int most_missing() const {
         int arc = -1, most = 0;
-        for (std::size_t a = 0; a < places_.size(); ++a) {
+        for (std::size_t a = 0; a < uses_.size(); ++a) {
             const int missing = layout_.arcs[a].least - number(int(a));
             if (missing > most) {
                 most = missing;
@@ -145,109 +167,112 @@ class Divider {
 
     /// Of one edge more, as a length of a way.
     [[nodiscard]] double cost(int a) const {
-        constexpr double least = 0.02;
         const int n = number(a);
-        if (n < layout_.arcs[at(a)].least) return least;
-        return std::max(least, 0.5 + penalty(a, n + 1) - penalty(a, n));
+        if (n < layout_.arcs[at(a)].least) return least_cost;
+        return std::max(least_cost, cost_of_arc + penalty(a, n + 1) - penalty(a, n));
     }
 
-    /// States are arcs as entered on one of their two places.
-    [[nodiscard]] static int state(int arc, int place) { return 2 * arc + place; }
+    /// States are arcs as entered by one of their two uses.
+    [[nodiscard]] static int state(int arc, int use) { return 2 * arc + use; }
 
-    [[nodiscard]] std::optional<Strip> best_strip(int arc, Turning turning) const {
-        if (auto closed = way(arc, 0, true, turning)) return closed;
-        auto one = way(arc, 0, false, turning);
-        if (!one || places_[at(arc)].size() == 1) return one;
-        const auto two = way(arc, 1, false, turning);
+    [[nodiscard]] std::optional<Strip> best_strip(int arc, Insertions allowed) const {
+        poll_();
+        if (auto closed = way(arc, 0, true, allowed)) return closed;
+        auto one = way(arc, 0, false, allowed);
+        if (!one || uses_[at(arc)].size() == 1) return one;
+        const auto two = way(arc, 1, false, allowed);
         if (!two) return std::nullopt;
         one->arcs.insert(one->arcs.end(), two->arcs.begin() + 1, two->arcs.end());
-        one->turns.insert(one->turns.end(), two->turns.begin(), two->turns.end());
+        one->corners.insert(one->corners.end(), two->corners.begin(), two->corners.end());
         return one;
+    }
+
+    /// How a strip may leave a block.
+    struct Exit {
+        int side = -1;
+        Corner corner;  ///< that it goes around; none when it leaves by the side opposite
+        double cost = 0.0;
+    };
+
+    [[nodiscard]] std::vector<Exit> exits(const SideUse& in, Insertions allowed) const {
+        std::vector<Exit> result;
+        for (int step = 1; step <= 3; ++step) {
+            const int side = (in.side + step) % 4;
+            if (step == 2) {
+                result.push_back({side, {}, 0.0});
+                continue;
+            }
+            const Corner corner{in.block, step == 1 ? in.side : side};
+            const int known = corner_side_[at(in.block)];
+            const bool used = result_.insertions[at(in.block)].count > 0;
+            if (known >= 0 && known != corner.side) continue;
+            if ((known < 0 || !used) && allowed != Insertions::Anywhere) continue;
+            result.push_back({side, corner, used ? further_insertion : first_insertion});
+        }
+        return result;
+    }
+
+    /// Where a strip is that leaves a block by an arc: the arc's other use, which may be of the
+    /// same block; -1 when it has one only.
+    [[nodiscard]] int state_beyond(int arc, int block, int side) const {
+        const auto& uses = uses_[at(arc)];
+        if (uses.size() == 1) return -1;
+        const int here = uses[0].block == block && uses[0].side == side ? 0 : 1;
+        return state(arc, 1 - here);
     }
 
     /// The cheapest way from an arc into one of its blocks and on, back to where it started or to
     /// an arc with one block only. The arc itself comes first.
-    [[nodiscard]] std::optional<Strip> way(int arc, int place, bool closed, Turning turning) const {
-        constexpr double first_turn = 12.0, further_turn = 0.5;
-        const int start = state(arc, place);
-        std::vector<double> length(2 * places_.size(), infinity);
-        std::vector<int> from(2 * places_.size(), -1);
-        std::vector<std::pair<int, int>> turn(2 * places_.size(), {-1, -1});
-        using Item = std::pair<double, int>;
-        std::priority_queue<Item, std::vector<Item>, std::greater<>> queue;
-        length[at(start)] = 0.0;
-        queue.emplace(0.0, start);
+    [[nodiscard]] std::optional<Strip> way(int arc, int use, bool closed,
+                                           Insertions allowed) const {
+        const int start = state(arc, use);
+        std::vector<Corner> around(2 * uses_.size());  // gone around on the way into a state
         double best = infinity;
-        int last = -1, exit = -1;
-        std::pair<int, int> last_turn{-1, -1};
-        while (!queue.empty()) {
-            const auto [l, s] = queue.top();
-            queue.pop();
-            if (l > length[at(s)] || l >= best) continue;
-            const Place& in = places_[at(s / 2)][at(s % 2)];
-            for (int step = 1; step <= 3; ++step) {
-                const int side = (in.side + step) % 4;
-                std::pair<int, int> corner{-1, -1};
-                double extra = 0.0;
-                if (step != 2) {
-                    corner = {in.block, step == 1 ? in.side : side};
-                    const int known = turned_[at(in.block)];
-                    if (known >= 0 ? known != corner.second : turning != Turning::Anywhere)
-                        continue;
-                    const bool used = result_.turns[at(in.block)].count > 0;
-                    if (!used && turning != Turning::Anywhere) continue;
-                    extra = used ? further_turn : first_turn;
-                }
-                for (const ArcUse& use : layout_.blocks[at(in.block)].sides[at(side)]) {
-                    const double next = l + extra + cost(use.arc);
-                    const auto& places = places_[at(use.arc)];
-                    if (places.size() == 1) {
-                        if (closed || next >= best) continue;
-                        best = next;
-                        last = s;
-                        exit = use.arc;
-                        last_turn = corner;
+        int last = -1, last_arc = -1;
+        Corner last_corner;
+        const auto visit = [&](int s, double length, const auto& reach) {
+            if (length >= best) return;
+            const SideUse& in = uses_[at(s / 2)][at(s % 2)];
+            for (const Exit& exit : exits(in, allowed)) {
+                for (const ArcUse& out : layout_.blocks[at(in.block)].sides[at(exit.side)]) {
+                    const double next = length + exit.cost + cost(out.arc);
+                    const int onward = state_beyond(out.arc, in.block, exit.side);
+                    if (onward >= 0 && onward != start) {
+                        if (reach(onward, next)) around[at(onward)] = exit.corner;
                         continue;
                     }
-                    // It leaves by the arc's other place; both may be of this block.
-                    const int here = places[0].block == in.block && places[0].side == side ? 0 : 1;
-                    const int onward = state(use.arc, 1 - here);
-                    if (onward == start) {
-                        if (!closed || next >= best) continue;
-                        best = next;
-                        last = s;
-                        exit = -1;
-                        last_turn = corner;
-                        continue;
-                    }
-                    if (next >= length[at(onward)]) continue;
-                    length[at(onward)] = next;
-                    from[at(onward)] = s;
-                    turn[at(onward)] = corner;
-                    queue.emplace(next, onward);
+                    if (closed != (onward == start) || next >= best) continue;
+                    best = next;
+                    last = s;
+                    last_arc = closed ? -1 : out.arc;
+                    last_corner = exit.corner;
                 }
             }
-        }
+        };
+        const geom::ShortestPaths paths =
+            geom::shortest_paths(2 * uses_.size(), {{start, 0.0}}, visit);
         if (last < 0) return std::nullopt;
         Strip strip;
-        if (exit >= 0) strip.arcs.push_back(exit);
-        if (last_turn.first >= 0) strip.turns.push_back(last_turn);
-        for (int s = last; s >= 0; s = from[at(s)]) {
-            strip.arcs.push_back(s / 2);
-            if (turn[at(s)].first >= 0) strip.turns.push_back(turn[at(s)]);
-        }
-        std::reverse(strip.arcs.begin(), strip.arcs.end());
+        if (last_corner.block >= 0) strip.corners.push_back(last_corner);
+        for (const int s : paths.path_to(last)) strip.arcs.push_back(s / 2);
+        if (last_arc >= 0) strip.arcs.push_back(last_arc);
+        for (int s = last; s >= 0; s = paths.from[at(s)])
+            if (around[at(s)].block >= 0) strip.corners.push_back(around[at(s)]);
         return strip;
     }
 
-    const BlockLayout& layout_;
-    std::vector<std::vector<Place>> places_;
-    std::vector<int> turned_;  ///< the only side after which strips may turn in a block; -1: any
+    const QuadLayout& layout_;
+    Poll& poll_;
+    std::vector<std::vector<SideUse>> uses_;
+    /// One a block: the side after which strips may go around the corner, no other; -1: any.
+    std::vector<int> corner_side_;
     Divisions result_;
 };
 
 }  // namespace
 
-Divisions divide_arcs(const BlockLayout& layout) { return Divider(layout).divide(); }
+Divisions divide_arcs(const QuadLayout& layout, Poll& poll) {
+    return Divider(layout, poll).divide();
+}
 
 }  // namespace patchwright::cage

@@ -10,7 +10,9 @@ using geom::FeatureKind;
 using geom::Vec3;
 
 FeatureChain chain_from(int curve, bool backwards, const geom::ModelSurface& reference) {
-    constexpr double same_rel = 1e-6, straight = 0.7;  // cosine
+    // Of the diagonal: ends this near are one place. Cosine of the turn, 45 degrees, up to which a
+    // chain goes on.
+    constexpr double same_rel = 1e-6, straight = 0.7;
     const auto& curves = reference.features().curves;
     const geom::CurveEnds ends =
         geom::curve_ends(reference.features(), same_rel * reference.bounds().diagonal());

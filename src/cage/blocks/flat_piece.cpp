@@ -16,6 +16,10 @@ namespace {
 
 double cross(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
+// Mean value weights of triangles without an angle are cut at this: a matrix of such ones would be
+// singular in double precision.
+constexpr double least_tangent = 1e-3;
+
 /// Half the angle's tangent between two directions.
 double half_tangent(const Vec3& a, const Vec3& b) {
     const double product = a.norm() * b.norm();
@@ -46,7 +50,8 @@ FlatPiece::FlatPiece(std::vector<Vec3> points, std::vector<std::array<int, 3>> t
             const int i = t[k], a = t[(k + 1) % 3], b = t[(k + 2) % 3];
             const Vec3 to_a = points_[std::size_t(a)] - points_[std::size_t(i)];
             const Vec3 to_b = points_[std::size_t(b)] - points_[std::size_t(i)];
-            const double tangent = std::clamp(half_tangent(to_a, to_b), 1e-3, 1e3);
+            const double tangent =
+                std::clamp(half_tangent(to_a, to_b), least_tangent, 1.0 / least_tangent);
             add(i, a, tangent / std::max(to_a.norm(), 1e-12));
             add(i, b, tangent / std::max(to_b.norm(), 1e-12));
         }
@@ -60,9 +65,9 @@ FlatPiece::FlatPiece(std::vector<Vec3> points, std::vector<std::array<int, 3>> t
     for (int i = 0; i < count; ++i) flat_[std::size_t(fixed + i)] = inner.row(i).transpose();
 }
 
-FlatPiece::Place FlatPiece::at(const Vec2& p) const {
+FlatPiece::SurfacePoint FlatPiece::at(const Vec2& p) const {
     double best = -std::numeric_limits<double>::infinity();
-    Place place{Vec3::Zero(), Vec3::UnitZ()};
+    SurfacePoint place{Vec3::Zero(), Vec3::UnitZ()};
     for (const auto& t : triangles_) {
         const Vec2 &a = flat_[std::size_t(t[0])], &b = flat_[std::size_t(t[1])],
                    &c = flat_[std::size_t(t[2])];

@@ -22,12 +22,12 @@ class FlatPiece {
     FlatPiece(std::vector<geom::Vec3> points, std::vector<std::array<int, 3>> triangles,
               std::vector<Vec2> border);
 
-    struct Place {
+    struct SurfacePoint {
         geom::Vec3 point, normal;
     };
     /// The point in space that goes to p, with the normal of its triangle; p may lie a little
     /// outside.
-    [[nodiscard]] Place at(const Vec2& p) const;
+    [[nodiscard]] SurfacePoint at(const Vec2& p) const;
 
   private:
     std::vector<geom::Vec3> points_;

@@ -18,9 +18,15 @@ FlatSide reversed(const FlatSide& side) {
     return result;
 }
 
+// Where the inner nodes of a lens, a drop and a disc are, as shares of the way from the middle of
+// the flat piece to its border: so that all blocks of a template have about the same size there.
+constexpr double lens_share = 0.4, drop_share = 0.45, disc_share = 0.5;
+// Steps of the lines between nodes.
+constexpr int line_steps = 8;
+
 class Templates {
   public:
-    Templates(BlockLayout& layout, const geom::ModelSurface& reference, const FlatBorder& border)
+    Templates(QuadLayout& layout, const geom::ModelSurface& reference, const FlatBorder& border)
         : layout_(layout),
           reference_(reference),
           border_(border),
@@ -39,7 +45,7 @@ class Templates {
 
   private:
     /// A node with its place on the flat piece.
-    struct Spot {
+    struct NodeSpot {
         int node;
         Vec2 flat;
     };
@@ -47,17 +53,17 @@ class Templates {
     [[nodiscard]] const FlatSide& side(int k) const {
         return border_.sides[at(k) % border_.sides.size()];
     }
-    [[nodiscard]] Spot stop(int k) const {
+    [[nodiscard]] NodeSpot stop(int k) const {
         const std::size_t i = at(k) % border_.nodes.size();
         return {border_.nodes[i], border_.polygon[i]};
     }
 
     [[nodiscard]] Vec3 on_model(const Vec2& p) const {
-        const FlatPiece::Place place = layout_.pieces[at(piece_)].at(p);
+        const FlatPiece::SurfacePoint place = layout_.pieces[at(piece_)].at(p);
         return reference_.foot_point(place.point, place.normal).point;
     }
 
-    Spot spot(const Vec2& flat) {
+    NodeSpot spot(const Vec2& flat) {
         LayoutNode node;
         node.point = on_model(flat);
         node.held = false;
@@ -65,8 +71,7 @@ class Templates {
         return {int(layout_.nodes.size()) - 1, flat};
     }
 
-    FlatSide line(const Spot& from, const Spot& to) {
-        constexpr int steps = 8;
+    FlatSide line(const NodeSpot& from, const NodeSpot& to) {
         LayoutArc arc;
         arc.start = from.node;
         arc.end = to.node;
@@ -74,8 +79,9 @@ class Templates {
         arc.from = from.flat;
         arc.to = to.flat;
         arc.points.push_back(layout_.nodes[at(from.node)].point);
-        for (int k = 1; k < steps; ++k)
-            arc.points.push_back(on_model(from.flat + (to.flat - from.flat) * (double(k) / steps)));
+        for (int k = 1; k < line_steps; ++k)
+            arc.points.push_back(
+                on_model(from.flat + (to.flat - from.flat) * (double(k) / line_steps)));
         arc.points.push_back(layout_.nodes[at(to.node)].point);
         layout_.arcs.push_back(std::move(arc));
         return {{{int(layout_.arcs.size()) - 1, false}}, {from.flat}, to.flat};
@@ -90,7 +96,7 @@ class Templates {
     }
 
     void add_polygon() {
-        const Spot middle = spot(Vec2::Zero());
+        const NodeSpot middle = spot(Vec2::Zero());
         const int count = int(border_.nodes.size()) / 2;
         std::vector<FlatSide> spokes;  // from the middles of the sides inward
         for (int k = 0; k < count; ++k) spokes.push_back(line(stop(2 * k + 1), middle));
@@ -101,8 +107,7 @@ class Templates {
 
     /// Corner 0, splits 1 and 2, corner 3, splits 4 and 5.
     void add_lens() {
-        constexpr double inner = 0.4;
-        const Spot p = spot(inner * stop(0).flat), q = spot(inner * stop(3).flat);
+        const NodeSpot p = spot(lens_share * stop(0).flat), q = spot(lens_share * stop(3).flat);
         const FlatSide p1 = line(p, stop(1)), p5 = line(p, stop(5)), q2 = line(q, stop(2)),
                        q4 = line(q, stop(4)), pq = line(p, q);
         add_block(side(0), reversed(p1), p5, side(5));
@@ -113,15 +118,15 @@ class Templates {
 
     /// Corner 0, splits 1 to 4; the triangle inside has a vertex in its middle.
     void add_drop() {
-        constexpr double inner = 0.45;
-        const std::array<Spot, 3> ring{spot(inner * stop(0).flat), spot(inner * stop(2).flat),
-                                       spot(inner * stop(3).flat)};
+        const std::array<NodeSpot, 3> ring{spot(drop_share * stop(0).flat),
+                                           spot(drop_share * stop(2).flat),
+                                           spot(drop_share * stop(3).flat)};
         const Vec2 centre = (ring[0].flat + ring[1].flat + ring[2].flat) / 3.0;
-        const Spot middle = spot(centre);
+        const NodeSpot middle = spot(centre);
         std::array<FlatSide, 3> first, second, spoke;  // from a ring's spot to the next, inward
         for (std::size_t k = 0; k < 3; ++k) {
-            const Spot& next = ring[(k + 1) % 3];
-            const Spot half = spot(0.5 * (ring[k].flat + next.flat));
+            const NodeSpot& next = ring[(k + 1) % 3];
+            const NodeSpot half = spot(0.5 * (ring[k].flat + next.flat));
             first[k] = line(ring[k], half);
             second[k] = line(half, next);
             spoke[k] = line(half, middle);
@@ -143,11 +148,10 @@ class Templates {
     }
 
     void add_disc() {
-        constexpr double inner = 0.5;
-        std::vector<Spot> ring;
+        std::vector<NodeSpot> ring;
         std::vector<FlatSide> spokes, inside;
         for (int k = 0; k < 4; ++k) {
-            ring.push_back(spot(inner * stop(k).flat));
+            ring.push_back(spot(disc_share * stop(k).flat));
             spokes.push_back(line(stop(k), ring.back()));
         }
         for (int k = 0; k < 4; ++k) inside.push_back(line(ring[at(k)], ring[at((k + 1) % 4)]));
@@ -157,7 +161,7 @@ class Templates {
         add_block(inside[0], inside[1], inside[2], inside[3]);
     }
 
-    BlockLayout& layout_;
+    QuadLayout& layout_;
     const geom::ModelSurface& reference_;
     const FlatBorder& border_;
     int piece_;
@@ -165,7 +169,7 @@ class Templates {
 
 }  // namespace
 
-void add_piece_blocks(BlockLayout& layout, const geom::ModelSurface& reference, PieceForm form,
+void add_piece_blocks(QuadLayout& layout, const geom::ModelSurface& reference, PieceForm form,
                       const FlatBorder& border) {
     Templates(layout, reference, border).add(form);
 }

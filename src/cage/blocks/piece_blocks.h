@@ -23,7 +23,7 @@ struct FlatBorder {
 /// Adds the blocks of the last piece of the layout, with inner nodes and arcs.
 /// Stops are: of a block its corners; of polygons corners and middles of sides in turn; of a lens
 /// each corner and two splits; of a drop its corner and four splits; of a disc four splits.
-void add_piece_blocks(BlockLayout& layout, const geom::ModelSurface& reference, PieceForm form,
+void add_piece_blocks(QuadLayout& layout, const geom::ModelSurface& reference, PieceForm form,
                       const FlatBorder& border);
 
 }  // namespace patchwright::cage

@@ -12,17 +12,17 @@ namespace {
 
 std::size_t at(int i) { return std::size_t(i); }
 
-int corner_of(const TriMesh& mesh, int t, int v) {
-    const auto& c = mesh.triangle(t);
-    return c[0] == v ? 0 : c[1] == v ? 1 : 2;
-}
-
-double angle_at(const TriMesh& mesh, int t, int k) {
-    const auto& c = mesh.triangle(t);
-    const Vec3 p = mesh.point(c[at(k)]);
-    const Vec3 a = mesh.point(c[at((k + 1) % 3)]) - p, b = mesh.point(c[at((k + 2) % 3)]) - p;
-    return std::atan2(a.cross(b).norm(), a.dot(b));
-}
+// Of the diagonal: how far from a vertex on a feature its direction is taken.
+constexpr double step_rel = 1e-4;
+// Cosine of the turn, 41 degrees, from which on a wall has a node there.
+constexpr double kink_cosine = 0.75;
+// Of an edge: farther from its middle the nearest point of the model is on another sheet.
+constexpr double nearest_reach = 0.3;
+// What is split may leave other edges from wall to wall at first.
+constexpr int bridge_rounds = 2;
+// Rounds of moving vertices to the middle of their neighbours that straighten cuts; in each so many
+// they are put onto the model. Crests take part in the first ones only, which take out the zigzag.
+constexpr int smoothing_rounds = 60, project_every = 5, rounds_of_held = 5;
 
 /// Where the angle of a border asks for one face, two, three or four.
 int faces_for(double angle) { return std::clamp(int(std::lround(angle / (0.5 * M_PI))), 1, 4); }
@@ -35,25 +35,25 @@ int first_corner(const Border& border) {
     return corner == border.end() ? -1 : int(corner - border.begin());
 }
 
-int Piece::border_count() const {
+int CutPiece::border_count() const {
     int count = 0;
     for (const Border& b : borders) count += int(b.size());
     return count;
 }
 
-const BorderPoint& Piece::border_point(int i) const {
+const BorderPoint& CutPiece::border_point(int i) const {
     std::size_t border = 0;
     while (i >= int(borders[border].size())) i -= int(borders[border++].size());
     return borders[border][at(i)];
 }
 
-int Piece::border_of(int i) const {
+int CutPiece::border_of(int i) const {
     std::size_t border = 0;
     while (i >= int(borders[border].size())) i -= int(borders[border++].size());
     return int(border);
 }
 
-PieceMesh::PieceMesh(TriMesh& mesh, const geom::ModelSurface& reference)
+PieceMesh::PieceMesh(geom::EditableMesh& mesh, const geom::ModelSurface& reference)
     : mesh_(mesh), reference_(reference) {
     for (int t = 0; t < mesh_.triangle_count(); ++t) {
         if (!mesh_.alive(t)) continue;
@@ -72,7 +72,6 @@ PieceMesh::PieceMesh(TriMesh& mesh, const geom::ModelSurface& reference)
 
 /// Ends and junctions of walls, and places where one bends.
 void PieceMesh::find_nodes() {
-    constexpr double step_rel = 1e-4, kink_cosine = 0.75;
     std::map<int, std::vector<int>> next;
     for (const auto& [a, b] : walls_) {
         next[a].push_back(b);
@@ -85,7 +84,7 @@ void PieceMesh::find_nodes() {
             std::array<Vec3, 2> ways;
             std::array<int, 2> curves{-1, -1};
             for (std::size_t i = 0; i < 2; ++i) {
-                const EdgeSides s = mesh_.sides(v, others[i]);
+                const geom::EdgeSides s = mesh_.sides(v, others[i]);
                 const int curve = mesh_.curve(s.triangle[0], s.side[0]);
                 ways[i] = (mesh_.point(others[i]) - mesh_.point(v)).normalized();
                 curves[i] = curve;
@@ -101,23 +100,23 @@ void PieceMesh::find_nodes() {
 }
 
 double PieceMesh::angle_from(int v, int next) const {
-    const EdgeSides first = mesh_.sides(v, next);
+    const geom::EdgeSides first = mesh_.sides(v, next);
     int t = -1, k = -1;
     for (std::size_t i = 0; i < 2 && t < 0; ++i) {
         if (first.triangle[i] < 0) continue;
-        const int corner = corner_of(mesh_, first.triangle[i], v);
+        const int corner = mesh_.corner_of(first.triangle[i], v);
         if (mesh_.triangle(first.triangle[i])[at((corner + 1) % 3)] != next) continue;
         t = first.triangle[i];
         k = corner;
     }
     double angle = 0.0;
     while (t >= 0) {
-        angle += angle_at(mesh_, t, k);
+        angle += mesh_.corner_angle(t, k);
         const int other = mesh_.triangle(t)[at((k + 2) % 3)];
         if (is_wall(v, other)) break;
-        const EdgeSides s = mesh_.sides(v, other);
+        const geom::EdgeSides s = mesh_.sides(v, other);
         t = s.triangle[0] == t ? s.triangle[1] : s.triangle[0];
-        if (t >= 0) k = corner_of(mesh_, t, v);
+        if (t >= 0) k = mesh_.corner_of(t, v);
     }
     return angle;
 }
@@ -136,9 +135,9 @@ void PieceMesh::widen_corners() {
             if (!is_wall(v, w)) continue;
             ++walls;
             narrow = narrow && faces_for(angle_from(v, w)) == 1;
-            const EdgeSides s = mesh_.sides(v, w);
+            const geom::EdgeSides s = mesh_.sides(v, w);
             for (const int t : s.triangle) {
-                const int k = corner_of(mesh_, t, v);
+                const int k = mesh_.corner_of(t, v);
                 const bool starts = mesh_.triangle(t)[at((k + 1) % 3)] == w;
                 if (!starts || (lowest >= 0 && piece_of[at(t)] > lowest)) continue;
                 lowest = piece_of[at(t)];
@@ -196,13 +195,13 @@ void PieceMesh::split_bridges(const std::vector<int>& triangles) {
         }
     }
     for (const auto& [a, b] : bridges) {
-        const EdgeSides s = mesh_.sides(a, b);
+        const geom::EdgeSides s = mesh_.sides(a, b);
         const Vec3 middle = 0.5 * (mesh_.point(a) + mesh_.point(b));
         const Vec3 normal =
             (mesh_.area_vector(s.triangle[0]) + mesh_.area_vector(s.triangle[1])).normalized();
         const geom::FootPoint foot = normal.allFinite() ? reference_.foot_point(middle, normal)
                                                         : reference_.foot_point(middle);
-        const bool near = foot.distance < 0.3 * (mesh_.point(a) - mesh_.point(b)).norm();
+        const bool near = foot.distance < nearest_reach * (mesh_.point(a) - mesh_.point(b)).norm();
         mesh_.split(a, b, near ? foot.point : middle);
         node_.push_back(0);
         natural_.push_back(0);
@@ -210,7 +209,7 @@ void PieceMesh::split_bridges(const std::vector<int>& triangles) {
 }
 
 /// Goes round the border that side k of triangle t is part of.
-void PieceMesh::walk_border(Piece& piece, const std::map<int, int>& local, int t, int k,
+void PieceMesh::walk_border(CutPiece& piece, const std::map<int, int>& local, int t, int k,
                             std::vector<std::array<int, 3>>& points,
                             std::set<std::pair<int, int>>& walked) const {
     Border border;
@@ -224,13 +223,13 @@ void PieceMesh::walk_border(Piece& piece, const std::map<int, int>& local, int t
         double angle = 0.0;
         std::vector<std::pair<int, int>> around;
         while (true) {
-            const int corner = corner_of(mesh_, tri, end);
+            const int corner = mesh_.corner_of(tri, end);
             around.emplace_back(tri, corner);
-            angle += angle_at(mesh_, tri, corner);
+            angle += mesh_.corner_angle(tri, corner);
             const int other = mesh_.triangle(tri)[at((corner + 1) % 3)];
             side = corner;
             if (walls_.contains(std::minmax(end, other))) break;
-            const EdgeSides s = mesh_.sides(end, other);
+            const geom::EdgeSides s = mesh_.sides(end, other);
             tri = s.triangle[0] == tri ? s.triangle[1] : s.triangle[0];
         }
         BorderPoint p;
@@ -256,11 +255,9 @@ void PieceMesh::walk_border(Piece& piece, const std::map<int, int>& local, int t
     piece.borders.push_back(std::move(border));
 }
 
-Piece PieceMesh::piece(int triangle) {
-    // What is split may leave other bridges at first.
-    constexpr int rounds = 2;
-    for (int i = 0; i < rounds; ++i) split_bridges(triangles_from(triangle));
-    Piece piece;
+CutPiece PieceMesh::piece(int triangle) {
+    for (int i = 0; i < bridge_rounds; ++i) split_bridges(triangles_from(triangle));
+    CutPiece piece;
     piece.triangles = triangles_from(triangle);
     std::map<int, int> local;
     for (std::size_t i = 0; i < piece.triangles.size(); ++i) local[piece.triangles[i]] = int(i);
@@ -311,7 +308,7 @@ Piece PieceMesh::piece(int triangle) {
     return piece;
 }
 
-void PieceMesh::cut(const Piece& piece, const PiecePath& path, const Parting& start,
+void PieceMesh::cut(const CutPiece& piece, const PiecePath& path, const Parting& start,
                     const Parting& end, bool held) {
     std::vector<int> vertices;
     for (const int i : path) vertices.push_back(piece.vertices[at(i)]);
@@ -330,7 +327,7 @@ void PieceMesh::cut(const Piece& piece, const PiecePath& path, const Parting& st
 }
 
 int PieceMesh::split_wall(int a, int b) {
-    const EdgeSides s = mesh_.sides(a, b);
+    const geom::EdgeSides s = mesh_.sides(a, b);
     const int curve = mesh_.curve(s.triangle[0], s.side[0]);
     Vec3 middle = 0.5 * (mesh_.point(a) + mesh_.point(b));
     middle = curve >= 0 ? reference_.nearest_on_curve(curve, middle).point
@@ -344,7 +341,7 @@ int PieceMesh::split_wall(int a, int b) {
     const auto move_sector = [&](int from, int to) {
         const auto known = sectors_.find({from, to});
         if (known == sectors_.end()) return;
-        const Sector sector = known->second;
+        const WallSector sector = known->second;
         sectors_.erase(known);
         sectors_[{from, m}] = sector;
     };
@@ -359,12 +356,11 @@ int PieceMesh::split_wall(int a, int b) {
     return m;
 }
 
-void PieceMesh::smooth_cuts() {
-    constexpr int rounds = 60, project_every = 5, rounds_of_held = 5;
+void PieceMesh::smooth_cuts(Poll& poll) {
     std::vector<std::vector<int>> next(at(mesh_.vertex_count()));
     std::vector<char> held(next.size(), 0);
     for (const auto& [a, b] : walls_) {
-        const EdgeSides s = mesh_.sides(a, b);
+        const geom::EdgeSides s = mesh_.sides(a, b);
         if (s.triangle[1] < 0 || mesh_.curve(s.triangle[0], s.side[0]) >= 0)
             held[at(a)] = held[at(b)] = 1;
     }
@@ -382,7 +378,8 @@ void PieceMesh::smooth_cuts() {
         if (next[at(v)].empty()) next[at(v)] = mesh_.neighbours(v);
         normals[at(v)] = mesh_.vertex_normal(v);
     }
-    for (int round = 1; round <= rounds; ++round) {
+    for (int round = 1; round <= smoothing_rounds; ++round) {
+        poll();
         for (const int v : moving) {
             if (round > rounds_of_held && held_.contains(v)) continue;
             Vec3 sum = Vec3::Zero();
@@ -391,6 +388,7 @@ void PieceMesh::smooth_cuts() {
         }
         if (round % project_every != 0) continue;
         for (const int v : moving) {
+            poll();
             const geom::FootPoint foot = reference_.foot_point(mesh_.point(v), normals[at(v)]);
             mesh_.move(v, foot.point);
             if (foot.normal.norm() > 0.5) normals[at(v)] = foot.normal;

@@ -1,7 +1,8 @@
 // A triangle mesh cut into pieces along walls: kept features of a model and paths between them.
 #pragma once
 
-#include "cage/remesh/tri_mesh.h"
+#include "cage/poll.h"
+#include "geom/editable_mesh.h"
 
 #include <patchwright/geom/model_surface.h>
 
@@ -26,7 +27,7 @@ using Border = std::vector<BorderPoint>;
 int first_corner(const Border& border);
 
 /// Triangles between walls, as a graph whose points tell both sides of a wall apart.
-struct Piece {
+struct CutPiece {
     std::vector<int> triangles;
     std::vector<Border> borders;
     int euler = 0;  ///< vertices - edges + faces: 1 for a disc, 0 for a ring, 2 for a sphere
@@ -57,16 +58,16 @@ struct Parting {
 class PieceMesh {
   public:
     /// Walls are the features that the mesh has and its boundary.
-    PieceMesh(TriMesh& mesh, const geom::ModelSurface& reference);
+    PieceMesh(geom::EditableMesh& mesh, const geom::ModelSurface& reference);
 
     /// One triangle of every piece.
     [[nodiscard]] std::vector<int> seeds() const;
     /// The piece that a triangle is in. Splits edges that lead from wall to wall, so that paths
     /// have room.
-    Piece piece(int triangle);
+    CutPiece piece(int triangle);
     /// Makes a path a wall; its ends become nodes.
     /// @param held  it stays where it is when cuts are straightened, but for its zigzag
-    void cut(const Piece& piece, const PiecePath& path, const Parting& start, const Parting& end,
+    void cut(const CutPiece& piece, const PiecePath& path, const Parting& start, const Parting& end,
              bool held = false);
     void make_node(int v) { node_[std::size_t(v)] = 1; }
 
@@ -78,10 +79,10 @@ class PieceMesh {
     [[nodiscard]] const std::set<std::pair<int, int>>& walls() const { return walls_; }
     /// Paths that were cut, as vertices.
     [[nodiscard]] const std::vector<std::vector<int>>& cuts() const { return cuts_; }
-    [[nodiscard]] const TriMesh& mesh() const { return mesh_; }
+    [[nodiscard]] const geom::EditableMesh& mesh() const { return mesh_; }
 
     /// Straightens all cuts on the surface and evens out what lies between; features stay.
-    void smooth_cuts();
+    void smooth_cuts(Poll& poll);
 
   private:
     [[nodiscard]] std::vector<int> triangles_from(int triangle) const;
@@ -90,19 +91,19 @@ class PieceMesh {
     void widen_corners();
     /// Of the piece on the left of the way from v along a wall.
     [[nodiscard]] double angle_from(int v, int next) const;
-    void walk_border(Piece& piece, const std::map<int, int>& local, int t, int k,
+    void walk_border(CutPiece& piece, const std::map<int, int>& local, int t, int k,
                      std::vector<std::array<int, 3>>& points,
                      std::set<std::pair<int, int>>& walked) const;
 
-    TriMesh& mesh_;
+    geom::EditableMesh& mesh_;
     const geom::ModelSurface& reference_;
     std::set<std::pair<int, int>> walls_;
     std::vector<char> node_, natural_;
-    struct Sector {
+    struct WallSector {
         double angle;
         int faces;
     };
-    std::map<std::pair<int, int>, Sector> sectors_;  // by vertex and next one on the border
+    std::map<std::pair<int, int>, WallSector> sectors_;  // by vertex and next one on the border
     std::vector<std::vector<int>> cuts_;
     std::set<int> held_;  ///< vertices that smooth_cuts() moves little
 };

@@ -13,19 +13,28 @@ namespace {
 
 std::size_t at(int i) { return std::size_t(i); }
 
+// Sine of a quad's angle (9 degrees, or 171) below which its corners are moved.
+constexpr double well_formed = 0.15;
+// Sine (30 degrees) above which angles around a point need no improvement.
+constexpr double good_enough = 0.5;
+// Cosine between a quad and the surface below which the quad's own normal says more: it is bent.
+constexpr double agrees = 0.5;
+// Rounds over all points; in each a point is tried in so many directions, with steps of this share
+// of the edges around it that are halved so often, and moved when the least sine grows by this.
+constexpr int rounds = 12, directions = 8, halvings = 4;
+constexpr double first_step = 0.4, least_gain = 1e-3;
+
 class Untangler {
   public:
     Untangler(const std::vector<std::vector<int>>& faces, std::vector<Vec3>& points,
-              const std::vector<Freedom>& freedom, const geom::ModelSurface& reference)
-        : faces_(faces), points_(points), freedom_(freedom), reference_(reference) {
+              const std::vector<Freedom>& freedom, const geom::ModelSurface& reference, Poll& poll)
+        : faces_(faces), points_(points), freedom_(freedom), reference_(reference), poll_(poll) {
         around_.resize(points.size());
         for (std::size_t f = 0; f < faces.size(); ++f)
             for (const int v : faces[f]) around_[at(v)].push_back(f);
     }
 
     void run() {
-        constexpr int rounds = 12;
-        constexpr double well_formed = 0.15;
         for (int round = 0; round < rounds; ++round) {
             find_normals();
             std::set<int> moving;
@@ -45,6 +54,7 @@ class Untangler {
     void find_normals() {
         normals_.clear();
         for (const auto& face : faces_) {
+            poll_();
             const Vec3 area = (points_[at(face[2])] - points_[at(face[0])])
                                   .cross(points_[at(face[3])] - points_[at(face[1])]);
             const Vec3 middle = 0.25 * (points_[at(face[0])] + points_[at(face[1])] +
@@ -53,8 +63,6 @@ class Untangler {
             const geom::FootPoint foot = side.allFinite() && side.norm() > 0.5
                                              ? reference_.foot_point(middle, side)
                                              : reference_.foot_point(middle);
-            // Where quads are rather bent their own normal says more.
-            constexpr double agrees = 0.5;
             const double cosine = foot.normal.dot(side);
             normals_.push_back(cosine > agrees || cosine < 0.0 ? foot.normal : side);
         }
@@ -67,9 +75,8 @@ class Untangler {
         return least;
     }
 
-    /// Of the faces around a point; angles beyond need no improvement.
+    /// Of the faces around a point, good_enough at most.
     [[nodiscard]] double worst_around(int v) const {
-        constexpr double good_enough = 0.5;
         double least = good_enough;
         for (const std::size_t f : around_[at(v)]) least = std::min(least, least_sine(f));
         return least;
@@ -91,8 +98,6 @@ class Untangler {
     bool improve(int v) {
         const Freedom& freedom = freedom_[at(v)];
         if (!freedom.free && freedom.curve < 0) return false;
-        constexpr int halvings = 4, directions = 8;
-        constexpr double first_step = 0.4, least_gain = 1e-3;
         Vec3 normal = Vec3::Zero();
         for (const std::size_t f : around_[at(v)]) normal += normals_[f];
         normal.normalize();
@@ -104,6 +109,7 @@ class Untangler {
             const Vec3 old = points_[at(v)];
             Vec3 best_point = old;
             for (int d = 0; d < directions; ++d) {
+                poll_();
                 const double angle = 2.0 * M_PI * d / directions;
                 const Vec3 there =
                     old + step * (std::cos(angle) * across + std::sin(angle) * along);
@@ -125,6 +131,7 @@ class Untangler {
     std::vector<Vec3>& points_;
     const std::vector<Freedom>& freedom_;
     const geom::ModelSurface& reference_;
+    Poll& poll_;
     std::vector<std::vector<std::size_t>> around_;
     std::vector<Vec3> normals_;
 };
@@ -140,8 +147,9 @@ double corner_sine(const std::vector<Vec3>& points, const std::vector<int>& face
 }
 
 void untangle(const std::vector<std::vector<int>>& faces, std::vector<Vec3>& points,
-              const std::vector<Freedom>& freedom, const geom::ModelSurface& reference) {
-    Untangler(faces, points, freedom, reference).run();
+              const std::vector<Freedom>& freedom, const geom::ModelSurface& reference,
+              Poll& poll) {
+    Untangler(faces, points, freedom, reference, poll).run();
 }
 
 }  // namespace patchwright::cage

@@ -1,6 +1,8 @@
 // Quads that fold are opened by moving their points within the model.
 #pragma once
 
+#include "cage/poll.h"
+
 #include <patchwright/geom/model_surface.h>
 
 #include <vector>
@@ -24,6 +26,6 @@ double corner_sine(const std::vector<geom::Vec3>& points, const std::vector<int>
 /// @param points   on the model; moved
 /// @param freedom  one a point
 void untangle(const std::vector<std::vector<int>>& faces, std::vector<geom::Vec3>& points,
-              const std::vector<Freedom>& freedom, const geom::ModelSurface& reference);
+              const std::vector<Freedom>& freedom, const geom::ModelSurface& reference, Poll& poll);
 
 }  // namespace patchwright::cage

@@ -4,7 +4,7 @@
 
 namespace patchwright::cage {
 
-geom::SurfaceMesh part_of(const Body& body, const std::vector<char>& kept) {
+geom::SurfaceMesh part_of(const SurfaceBody& body, const std::vector<char>& kept) {
     const geom::SurfaceMesh& mesh = *body.mesh;
     geom::SurfaceMesh part;
     std::vector<int> number(std::size_t(mesh.points.rows()), -1);

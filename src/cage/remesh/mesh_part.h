@@ -6,6 +6,6 @@
 namespace patchwright::cage {
 
 /// @param kept  one a feature curve of the model: whether its sides stay features
-geom::SurfaceMesh part_of(const Body& body, const std::vector<char>& kept);
+geom::SurfaceMesh part_of(const SurfaceBody& body, const std::vector<char>& kept);
 
 }  // namespace patchwright::cage

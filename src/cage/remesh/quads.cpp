@@ -10,8 +10,12 @@ using geom::Vec3;
 
 namespace {
 
-// Below this a pair is worse than two triangles: an angle near 180 degrees, or a fold.
+// Below this a pair is worse than two triangles: an angle above 166 degrees, or a fold.
 constexpr double least_quality = 0.15;
+// Cosine of the angle by which a quad may bend: 60 degrees.
+constexpr double most_bent_cosine = 0.5;
+// The widest corner of one face, 150 degrees: a sector that is wider needs two faces.
+constexpr double widest_corner_rad = 2.6;
 
 /// 1 for flat rectangles, 0 when an angle is 0 or 180 degrees or the quad bends by 60.
 double quad_quality(const std::array<Vec3, 4>& p) {
@@ -22,7 +26,7 @@ double quad_quality(const std::array<Vec3, 4>& p) {
         return norm > 0.0 ? a.dot(b) / norm : -1.0;
     };
     const double flat = std::min(cosine(one, two), cosine(other, fourth));
-    if (flat < 0.5) return 0.0;
+    if (flat < most_bent_cosine) return 0.0;
     const Vec3 normal = (one + two).normalized();
     double worst = 0.0;
     for (std::size_t k = 0; k < 4; ++k) {
@@ -31,7 +35,8 @@ double quad_quality(const std::array<Vec3, 4>& p) {
         if (angle < 0.0) angle += 2.0 * M_PI;
         worst = std::max(worst, std::abs(angle - 0.5 * M_PI));
     }
-    return std::max(0.0, 1.0 - worst / (0.5 * M_PI)) * (2.0 * flat - 1.0);
+    return std::max(0.0, 1.0 - worst / (0.5 * M_PI)) * (flat - most_bent_cosine) /
+           (1.0 - most_bent_cosine);
 }
 
 struct Pair {
@@ -41,7 +46,7 @@ struct Pair {
     int a, b;  ///< ends of the diagonal that goes
 };
 
-std::vector<Pair> candidates(const TriMesh& mesh) {
+std::vector<Pair> candidates(const geom::EditableMesh& mesh) {
     std::vector<Pair> pairs;
     for (int t = 0; t < mesh.triangle_count(); ++t) {
         if (!mesh.alive(t)) continue;
@@ -49,7 +54,7 @@ std::vector<Pair> candidates(const TriMesh& mesh) {
             const auto& c = mesh.triangle(t);
             const int a = c[std::size_t(k)], b = c[std::size_t((k + 1) % 3)];
             if (mesh.curve(t, k) >= 0) continue;
-            const EdgeSides s = mesh.sides(a, b);
+            const geom::EdgeSides s = mesh.sides(a, b);
             if (s.triangle[1] < 0 || std::min(s.triangle[0], s.triangle[1]) != t) continue;
             const std::size_t i = s.triangle[0] == t ? 1 : 0;
             const int other = s.triangle[i];
@@ -66,50 +71,36 @@ std::vector<Pair> candidates(const TriMesh& mesh) {
 }
 
 /// The triangles at a vertex between two features, or all of them.
-struct Sector {
+struct FaceSector {
     int faces = 0;  ///< as pairing goes on
     int least = 1;  ///< with fewer the surface has no proper tangent plane there
 };
 
 /// The sectors of all vertices, and which one each corner of a triangle is in.
 struct Sectors {
-    std::vector<Sector> sectors;
+    std::vector<FaceSector> sectors;
     std::vector<std::array<int, 3>> of_corner;
 };
 
-double angle_at(const TriMesh& mesh, int t, int k) {
-    const auto& c = mesh.triangle(t);
-    const Vec3 p = mesh.point(c[std::size_t(k)]);
-    const Vec3 a = mesh.point(c[std::size_t((k + 1) % 3)]) - p;
-    const Vec3 b = mesh.point(c[std::size_t((k + 2) % 3)]) - p;
-    return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
-int corner_of(const TriMesh& mesh, int t, int v) {
-    const auto& c = mesh.triangle(t);
-    return c[0] == v ? 0 : c[1] == v ? 1 : 2;
-}
-
-void add_sectors(const TriMesh& mesh, int v, Sectors& result) {
-    constexpr double widest = 2.6;  // of one face's corner
-    const VertexKind kind = mesh.kind(v);
+void add_sectors(const geom::EditableMesh& mesh, int v, Sectors& result) {
+    const geom::VertexKind kind = mesh.kind(v);
     const auto& fan = mesh.fan(v);
     for (const int first : fan) {
-        if (result.of_corner[std::size_t(first)][std::size_t(corner_of(mesh, first, v))] >= 0)
+        if (result.of_corner[std::size_t(first)][std::size_t(mesh.corner_of(first, v))] >= 0)
             continue;
         const int number = int(result.sectors.size());
-        Sector sector;
+        FaceSector sector;
         double angle = 0.0;
         std::vector<int> pending{first};
         while (!pending.empty()) {
             const int t = pending.back();
             pending.pop_back();
-            const int k = corner_of(mesh, t, v);
+            const int k = mesh.corner_of(t, v);
             int& mine = result.of_corner[std::size_t(t)][std::size_t(k)];
             if (mine >= 0) continue;
             mine = number;
             ++sector.faces;
-            angle += angle_at(mesh, t, k);
+            angle += mesh.corner_angle(t, k);
             for (const int side : {k, (k + 2) % 3}) {
                 if (mesh.curve(t, side) >= 0) continue;
                 const auto& c = mesh.triangle(t);
@@ -119,14 +110,15 @@ void add_sectors(const TriMesh& mesh, int v, Sectors& result) {
             }
         }
         // Along a smooth curve the sector is half a disc however its chords turn.
-        sector.least = kind == VertexKind::Smooth  ? (mesh.is_boundary(v) ? 1 : 3)
-                       : kind == VertexKind::Curve ? 2
-                                                   : std::max(1, int(std::ceil(angle / widest)));
+        sector.least = kind == geom::VertexKind::Smooth ? (mesh.is_boundary(v) ? 1 : 3)
+                       : kind == geom::VertexKind::Curve
+                           ? 2
+                           : std::max(1, int(std::ceil(angle / widest_corner_rad)));
         result.sectors.push_back(sector);
     }
 }
 
-Sectors sectors_of(const TriMesh& mesh) {
+Sectors sectors_of(const geom::EditableMesh& mesh) {
     Sectors result;
     result.of_corner.assign(std::size_t(mesh.triangle_count()), {-1, -1, -1});
     for (int v = 0; v < mesh.vertex_count(); ++v)
@@ -139,17 +131,17 @@ struct Polygons {
     std::vector<int> faces;  ///< of the model
 };
 
-Polygons pair_triangles(const TriMesh& mesh) {
+Polygons pair_triangles(const geom::EditableMesh& mesh) {
     Sectors sectors = sectors_of(mesh);
     std::vector<int> count(std::size_t(mesh.vertex_count()), 0);
     for (int v = 0; v < mesh.vertex_count(); ++v) count[std::size_t(v)] = int(mesh.fan(v).size());
     std::vector<char> used(std::size_t(mesh.triangle_count()), 0);
-    const auto sector_at = [&](int t, int v) -> Sector& {
-        const int k = corner_of(mesh, t, v);
+    const auto sector_at = [&](int t, int v) -> FaceSector& {
+        const int k = mesh.corner_of(t, v);
         return sectors.sectors[std::size_t(sectors.of_corner[std::size_t(t)][std::size_t(k)])];
     };
     const auto can_lose = [&](int t, int v) {
-        const Sector& sector = sector_at(t, v);
+        const FaceSector& sector = sector_at(t, v);
         return sector.faces > sector.least && count[std::size_t(v)] > (mesh.is_boundary(v) ? 1 : 3);
     };
     Polygons polygons;
@@ -175,7 +167,7 @@ Polygons pair_triangles(const TriMesh& mesh) {
 
 }  // namespace
 
-Blocks quad_blocks(const TriMesh& mesh, const geom::Features& features,
+Blocks quad_blocks(const geom::EditableMesh& mesh, const geom::Features& features,
                    const std::vector<std::string>& face_names) {
     Polygons polygons = pair_triangles(mesh);
     Blocks blocks;

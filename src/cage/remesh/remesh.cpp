@@ -1,5 +1,7 @@
 #include "cage/remesh/remesh.h"
 
+#include "geom/angle.h"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -12,10 +14,23 @@ using geom::Vec3;
 
 namespace {
 
-constexpr double least_alike = 0.3;  // cosine between a triangle and its parts
-/// Of the length wanted: how far a collapse may leave the point that goes, and a flip the edge.
-/// More, and step by step a thin edge is eaten.
+// Cosines of angles by which triangles may turn: parts of a split one against the whole (73
+// degrees), and any triangle by a collapse, a flip or a moved vertex (60 degrees). More is taken
+// for a fold.
+constexpr double least_alike = 0.3, unturned = 0.5;
+// Of the length wanted: how far a collapse may leave the point that goes, and a flip the edge.
+// More, and step by step a thin edge is eaten.
 constexpr double most_lost = 0.25;
+// Of the length wanted: edges that are longer are split, shorter ones collapsed. Of both factors
+// the one makes halves, the other merged edges that are nearest to the length (Botsch and Kobbelt).
+constexpr double too_long = 4.0 / 3.0, too_short = 0.8;
+// Passes until nothing changes, at most. Splits halve lengths: 12 passes make up for 2^12.
+constexpr int split_passes = 12, collapse_passes = 6, flip_passes = 5;
+// Sum of the two angles across an edge, above pi, from which on it is flipped (Delaunay). The
+// margin keeps edges of squares from flipping to and fro.
+constexpr double flip_angle_rad = 1.02 * M_PI;
+// Share of the way to the middle of its neighbours that a vertex is moved in a round.
+constexpr double relaxation = 0.7;
 
 double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
     const Vec3 normal = (b - a).cross(c - a);
@@ -35,15 +50,17 @@ double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const V
 
 class Remeshing {
   public:
-    Remeshing(TriMesh& mesh, const geom::ModelSurface& reference, const RemeshOptions& options)
+    Remeshing(geom::EditableMesh& mesh, const geom::ModelSurface& reference,
+              const RemeshOptions& options, Poll& poll)
         : mesh_(mesh),
           reference_(reference),
           options_(options),
-          size_(mesh, reference, options.size) {}
+          poll_(poll),
+          size_(mesh, reference, options.size, poll) {}
 
     void run() {
         for (int round = 0; round < options_.rounds; ++round) {
-            base::report_progress(options_.progress, "layout", double(round) / options_.rounds);
+            poll_.reached(double(round) / options_.rounds);
             split_long();
             size_.limit_growth();
             collapse_short();
@@ -63,12 +80,14 @@ class Remeshing {
     [[nodiscard]] double wanted(int a, int b) const { return std::min(size_.at(a), size_.at(b)); }
 
     [[nodiscard]] Vec3 on_surface(const Vec3& p, const Vec3& normal) const {
+        poll_();
         const double norm = normal.norm();
         if (!(norm > 0.5)) return reference_.foot_point(p).point;
         return reference_.foot_point(p, Vec3(normal / norm)).point;
     }
 
     [[nodiscard]] double arc_at(int curve, int v) const {
+        poll_();
         return reference_.nearest_on_curve(curve, mesh_.point(v)).arc_length;
     }
     /// Along a curve; on closed ones the shorter way, either of which may be negative.
@@ -79,7 +98,7 @@ class Remeshing {
 
     [[nodiscard]] Vec3 middle(int a, int b) const {
         const Vec3 chord = 0.5 * (mesh_.point(a) + mesh_.point(b));
-        const EdgeSides s = mesh_.sides(a, b);
+        const geom::EdgeSides s = mesh_.sides(a, b);
         const int curve = mesh_.curve(s.triangle[0], s.side[0]);
         const double reach = 0.5 * length(a, b);
         Vec3 p = chord;
@@ -99,7 +118,8 @@ class Remeshing {
 
     /// Whether the parts of the triangles at an edge face as those do, when it is split at p: where
     /// the nearest point is on another sheet of the model they do not, and splitting would not end.
-    [[nodiscard]] bool parts_face_alike(int a, int b, const EdgeSides& s, const Vec3& p) const {
+    [[nodiscard]] bool parts_face_alike(int a, int b, const geom::EdgeSides& s,
+                                        const Vec3& p) const {
         for (std::size_t i = 0; i < 2; ++i) {
             if (s.triangle[i] < 0) continue;
             const auto& c = mesh_.triangle(s.triangle[i]);
@@ -116,7 +136,7 @@ class Remeshing {
     }
 
     void split_long() {
-        for (int pass = 0; pass < 12; ++pass) {
+        for (int pass = 0; pass < split_passes; ++pass) {
             bool any = false;
             const int count = mesh_.triangle_count();
             for (int t = 0; t < count; ++t) {
@@ -133,7 +153,7 @@ class Remeshing {
                         longest = k;
                     }
                 }
-                if (ratio <= 4.0 / 3.0) continue;
+                if (ratio <= too_long) continue;
                 const int a = mesh_.triangle(t)[std::size_t(longest)];
                 const int b = mesh_.triangle(t)[std::size_t((longest + 1) % 3)];
                 mesh_.split(a, b, middle(a, b));
@@ -159,10 +179,10 @@ class Remeshing {
     }
 
     bool try_collapse(int gone, int kept) {
-        if (!mesh_.can_collapse(gone, kept) || !mesh_.collapse_is_flat(gone, kept, 0.5))
+        if (!mesh_.can_collapse(gone, kept) || !mesh_.collapse_is_flat(gone, kept, unturned))
             return false;
         for (const int w : mesh_.neighbours(gone))
-            if (w != kept && length(w, kept) > 4.0 / 3.0 * wanted(w, kept) &&
+            if (w != kept && length(w, kept) > too_long * wanted(w, kept) &&
                 length(w, kept) > length(w, gone))
                 return false;
         if (lost_by_collapse(gone, kept) > most_lost * size_.at(gone)) return false;
@@ -171,14 +191,14 @@ class Remeshing {
     }
 
     void collapse_short() {
-        for (int pass = 0; pass < 6; ++pass) {
+        for (int pass = 0; pass < collapse_passes; ++pass) {
             std::vector<std::pair<double, std::pair<int, int>>> edges;
             for (int t = 0; t < mesh_.triangle_count(); ++t) {
                 if (!mesh_.alive(t)) continue;
                 for (std::size_t k = 0; k < 3; ++k) {
                     const int a = mesh_.triangle(t)[k], b = mesh_.triangle(t)[(k + 1) % 3];
                     const double ratio = length(a, b) / wanted(a, b);
-                    if (ratio < 0.8 && (a < b || mesh_.sides(a, b).triangle[1] < 0))
+                    if (ratio < too_short && (a < b || mesh_.sides(a, b).triangle[1] < 0))
                         edges.emplace_back(ratio, std::pair(a, b));
                 }
             }
@@ -186,9 +206,10 @@ class Remeshing {
             bool any = false;
             for (const auto& [ratio, edge] : edges) {
                 const auto [a, b] = edge;
+                poll_();
                 if (!mesh_.vertex_alive(a) || !mesh_.vertex_alive(b)) continue;
                 if (mesh_.sides(a, b).triangle[0] < 0) continue;
-                if (length(a, b) >= 0.8 * wanted(a, b)) continue;
+                if (length(a, b) >= too_short * wanted(a, b)) continue;
                 any = try_collapse(a, b) || try_collapse(b, a) || any;
             }
             if (!any) return;
@@ -197,20 +218,18 @@ class Remeshing {
 
     /// Flips to the triangles whose least angles are larger and that bend no more.
     bool try_flip(int a, int b) {
-        const EdgeSides s = mesh_.sides(a, b);
+        const geom::EdgeSides s = mesh_.sides(a, b);
         if (s.triangle[1] < 0) return false;
         const int c = mesh_.triangle(s.triangle[0])[std::size_t((s.side[0] + 2) % 3)];
         const int d = mesh_.triangle(s.triangle[1])[std::size_t((s.side[1] + 2) % 3)];
         const Vec3 &pa = mesh_.point(a), &pb = mesh_.point(b), &pc = mesh_.point(c),
                    &pd = mesh_.point(d);
-        const auto angle = [](const Vec3& at, const Vec3& p, const Vec3& q) {
-            return std::atan2((p - at).cross(q - at).norm(), (p - at).dot(q - at));
-        };
         // Most edges by far are good ones, so what is cheap is asked first: the sine of both
         // angles' sum is negative beyond pi.
         const Vec3 ca = pa - pc, cb = pb - pc, da = pa - pd, db = pb - pd;
         if (ca.cross(cb).norm() * da.dot(db) + da.cross(db).norm() * ca.dot(cb) > 0.0) return false;
-        if (angle(pc, pa, pb) + angle(pd, pa, pb) < 1.02 * M_PI) return false;
+        if (geom::angle_between(ca, cb) + geom::angle_between(da, db) < flip_angle_rad)
+            return false;
         if (!mesh_.can_flip(a, b)) return false;
         // Orientation: from, to of the first triangle.
         const int from = mesh_.triangle(s.triangle[0])[std::size_t(s.side[0])];
@@ -218,7 +237,8 @@ class Remeshing {
         const Vec3 before =
             (mesh_.area_vector(s.triangle[0]) + mesh_.area_vector(s.triangle[1])).normalized();
         const Vec3 one = (pf - pc).cross(pd - pc), two = (pt - pd).cross(pc - pd);
-        if (one.dot(before) < 0.5 * one.norm() || two.dot(before) < 0.5 * two.norm()) return false;
+        if (one.dot(before) < unturned * one.norm() || two.dot(before) < unturned * two.norm())
+            return false;
         if (one.norm() == 0.0 || two.norm() == 0.0) return false;
         const Vec3 across = (pb - pa).cross(pd - pc);
         if (std::abs(across.dot(pc - pa)) > most_lost * wanted(a, b) * across.norm()) return false;
@@ -227,9 +247,10 @@ class Remeshing {
     }
 
     void flip_all() {
-        for (int pass = 0; pass < 5; ++pass) {
+        for (int pass = 0; pass < flip_passes; ++pass) {
             bool any = false;
             for (int t = 0; t < mesh_.triangle_count(); ++t) {
+                poll_();
                 for (std::size_t k = 0; k < 3 && mesh_.alive(t); ++k) {
                     const int a = mesh_.triangle(t)[k], b = mesh_.triangle(t)[(k + 1) % 3];
                     any = try_flip(a, b) || any;
@@ -249,7 +270,7 @@ class Remeshing {
                 const int tip = c[std::size_t(k)], a = c[std::size_t((k + 1) % 3)],
                           b = c[std::size_t((k + 2) % 3)];
                 if (mesh_.curve(t, k) < 0 || mesh_.curve(t, (k + 2) % 3) < 0 ||
-                    mesh_.kind(tip) != VertexKind::Curve)
+                    mesh_.kind(tip) != geom::VertexKind::Curve)
                     continue;
                 if (mesh_.curve(t, (k + 1) % 3) >= 0 || mesh_.sides(a, b).triangle[1] < 0) continue;
                 mesh_.split(a, b, middle(a, b));
@@ -267,15 +288,15 @@ class Remeshing {
             }
             const Vec3 after = (p[1] - p[0]).cross(p[2] - p[0]);
             const Vec3 before = mesh_.area_vector(t);
-            if (after.dot(before) <= 0.5 * after.norm() * before.norm()) return false;
+            if (after.dot(before) <= unturned * after.norm() * before.norm()) return false;
         }
         return true;
     }
 
     [[nodiscard]] std::optional<Vec3> relaxed(int v) const {
-        const VertexKind kind = mesh_.kind(v);
-        if (kind == VertexKind::Fixed) return std::nullopt;
-        if (kind == VertexKind::Curve) {
+        const geom::VertexKind kind = mesh_.kind(v);
+        if (kind == geom::VertexKind::Fixed) return std::nullopt;
+        if (kind == geom::VertexKind::Curve) {
             const auto next = mesh_.feature_neighbours(v);
             // Lengths to both sides in the ratio of the sizes wanted there.
             const double s0 = size_.at(next[0]), s1 = size_.at(next[1]);
@@ -303,7 +324,7 @@ class Remeshing {
         const Vec3 normal = mesh_.vertex_normal(v);
         Vec3 shift = sum / weight - mesh_.point(v);
         shift -= normal.dot(shift) * normal;
-        return on_surface(mesh_.point(v) + 0.7 * shift, normal);
+        return on_surface(mesh_.point(v) + relaxation * shift, normal);
     }
 
     void relax_all() {
@@ -314,16 +335,18 @@ class Remeshing {
         }
     }
 
-    TriMesh& mesh_;
+    geom::EditableMesh& mesh_;
     const geom::ModelSurface& reference_;
     const RemeshOptions& options_;
+    Poll& poll_;
     SizeField size_;
 };
 
 }  // namespace
 
-void remesh(TriMesh& mesh, const geom::ModelSurface& reference, const RemeshOptions& options) {
-    Remeshing(mesh, reference, options).run();
+void remesh(geom::EditableMesh& mesh, const geom::ModelSurface& reference,
+            const RemeshOptions& options, Poll& poll) {
+    Remeshing(mesh, reference, options, poll).run();
 }
 
 }  // namespace patchwright::cage

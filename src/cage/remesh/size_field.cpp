@@ -1,13 +1,13 @@
 #include "cage/remesh/size_field.h"
 
+#include "geom/angle.h"
+#include "geom/shortest_paths.h"
+
 #include <patchwright/base/parallel.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstdint>
-#include <queue>
 
 namespace patchwright::cage {
 
@@ -15,9 +15,17 @@ using geom::Vec3;
 
 namespace {
 
+// Share of the way from a corner of a triangle to its middle at which the surface is looked at.
+constexpr double inside = 0.1;
+// Edges of a closed feature curve: fewer do not show that it is round.
+constexpr double fewest_edges_of_loop = 6.0;
+// Between two calls of Poll, which only the calling thread may make.
+constexpr std::size_t vertices_at_once = 2048;
+
 /// Of the surface on all sides of a vertex: feet are taken a little inside each triangle, as at a
 /// sharp edge the nearest point is on one face only.
-double surface_curvature(const TriMesh& mesh, const geom::ModelSurface& reference, int v) {
+double surface_curvature(const geom::EditableMesh& mesh, const geom::ModelSurface& reference,
+                         int v) {
     double largest = 0.0;
     for (const int t : mesh.fan(v)) {
         const auto& c = mesh.triangle(t);
@@ -25,7 +33,7 @@ double surface_curvature(const TriMesh& mesh, const geom::ModelSurface& referenc
         const Vec3 normal = mesh.area_vector(t).normalized();
         if (!normal.allFinite()) continue;
         const geom::FootPoint foot =
-            reference.foot_point(0.9 * mesh.point(v) + 0.1 * middle, normal);
+            reference.foot_point((1.0 - inside) * mesh.point(v) + inside * middle, normal);
         const auto curvature = reference.curvature(foot);
         if (!curvature) continue;
         largest = std::max({largest, std::abs(curvature->value[0]), std::abs(curvature->value[1])});
@@ -33,27 +41,41 @@ double surface_curvature(const TriMesh& mesh, const geom::ModelSurface& referenc
     return largest;
 }
 
-double curve_curvature(const TriMesh& mesh, int v) {
-    if (mesh.kind(v) != VertexKind::Curve) return 0.0;
+double curve_curvature(const geom::EditableMesh& mesh, int v) {
+    if (mesh.kind(v) != geom::VertexKind::Curve) return 0.0;
     const auto next = mesh.feature_neighbours(v);
     const Vec3 a = mesh.point(v) - mesh.point(next[0]), b = mesh.point(next[1]) - mesh.point(v);
     const double length = 0.5 * (a.norm() + b.norm());
-    const double angle = std::atan2(a.cross(b).norm(), a.dot(b));
-    return length > 0.0 ? angle / length : 0.0;
+    return length > 0.0 ? geom::angle_between(a, b) / length : 0.0;
 }
 
 }  // namespace
 
-SizeField::SizeField(const TriMesh& mesh, const geom::ModelSurface& reference,
-                     const SizeOptions& options)
+double angle_of_edge(double tolerance_rel, double diagonal, double curvature) {
+    // A cubic leaves an arc of radius r and angle a by about 1e-3 r a^4, and refinement halves a:
+    // to first order a^4 is 16 / 1e-3 times the tolerance by r. Surfaces bend along both directions
+    // and cages are uneven, so an 80th of that is taken: a third of the angle.
+    constexpr double inverse_error = 200.0;
+    // 17 degrees: shorter edges gain nothing. 63 degrees: quads on longer ones fold.
+    constexpr double least_rad = 0.3, most_rad = 1.1;
+    return std::clamp(std::pow(inverse_error * tolerance_rel * diagonal * curvature, 0.25),
+                      least_rad, most_rad);
+}
+
+SizeField::SizeField(const geom::EditableMesh& mesh, const geom::ModelSurface& reference,
+                     const SizeOptions& options, Poll& poll)
     : mesh_(mesh),
       reference_(reference),
       options_(options),
       size_(std::size_t(mesh.vertex_count()), 0.0) {
-    base::parallel_for(size_.size(), 64, [&](std::size_t first, std::size_t last) {
-        for (std::size_t i = first; i < last; ++i)
-            if (mesh_.vertex_alive(int(i))) size_[i] = at_places(int(i)) * by_curvature(int(i));
-    });
+    for (std::size_t start = 0; start < size_.size(); start += vertices_at_once) {
+        poll();
+        const std::size_t count = std::min(vertices_at_once, size_.size() - start);
+        base::parallel_for(count, 64, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = start + first; i < start + last; ++i)
+                if (mesh_.vertex_alive(int(i))) size_[i] = factor_at(int(i)) * by_curvature(int(i));
+        });
+    }
     limit_growth();
     for (double& s : size_) s *= options.scale;
 }
@@ -64,48 +86,42 @@ double SizeField::by_curvature(int v) const {
     const double bend =
         std::max(surface_curvature(mesh_, reference_, v), curve_curvature(mesh_, v));
     if (bend > 0.0) {
-        // A cubic leaves an arc of radius r and angle a by about 1e-3 r a^4; one refinement of the
-        // cage, which halves a, is counted on.
-        const double angle = std::pow(200.0 * options_.tolerance_rel * diagonal * bend, 0.25);
-        size = std::min(size, std::clamp(angle, 0.3, 1.1) / (options_.fineness * bend));
+        const double angle = angle_of_edge(options_.tolerance_rel, diagonal, bend);
+        size = std::min(size, angle / (options_.fineness * bend));
     }
     size = std::max(size, options_.least_rel * diagonal / options_.fineness);
     const int curve = mesh_.curve_at(v);
     if (curve < 0) return size;
     const geom::FeatureCurve& c = reference_.features().curves[std::size_t(curve)];
-    return c.closed ? std::min(size, c.length / 6.0) : size;
+    return c.closed ? std::min(size, c.length / fewest_edges_of_loop) : size;
 }
 
-double SizeField::at_places(int v) const {
-    std::uint32_t rounds = 0;
-    for (const FinerPlace& place : options_.finer_at)
-        if ((mesh_.point(v) - place.point).norm() < place.radius)
-            rounds |= std::uint32_t(1) << place.round;
-    return std::ldexp(1.0, -std::popcount(rounds));
+double SizeField::factor_at(int v) const {
+    double factor = 1.0;
+    for (const FinerRegion& region : options_.finer_at)
+        if (std::any_of(region.balls.begin(), region.balls.end(), [&](const FinerRegion::Ball& b) {
+                return (mesh_.point(v) - b.centre).norm() < b.radius_mm;
+            }))
+            factor *= region.edge_length_factor;
+    return factor;
 }
 
 void SizeField::add_vertex(int a, int b) {
     const int v = mesh_.vertex_count() - 1;
     size_.push_back(
-        std::min(0.5 * (at(a) + at(b)), options_.scale * at_places(v) * by_curvature(v)));
+        std::min(0.5 * (at(a) + at(b)), options_.scale * factor_at(v) * by_curvature(v)));
 }
 
 void SizeField::limit_growth() {
-    using Item = std::pair<double, int>;
-    std::priority_queue<Item, std::vector<Item>, std::greater<>> queue;
+    std::vector<std::pair<int, double>> asked_for;
     for (int v = 0; v < mesh_.vertex_count(); ++v)
-        if (mesh_.vertex_alive(v)) queue.emplace(at(v), v);
-    while (!queue.empty()) {
-        const auto [s, v] = queue.top();
-        queue.pop();
-        if (s > at(v)) continue;
-        for (const int w : mesh_.neighbours(v)) {
-            const double reach = s + options_.growth * (mesh_.point(w) - mesh_.point(v)).norm();
-            if (reach >= at(w)) continue;
-            size_[std::size_t(w)] = reach;
-            queue.emplace(reach, w);
-        }
-    }
+        if (mesh_.vertex_alive(v)) asked_for.emplace_back(v, at(v));
+    const auto grown =
+        geom::shortest_paths(size_.size(), asked_for, [&](int v, double size, const auto& reach) {
+            for (const int w : mesh_.neighbours(v))
+                reach(w, size + options_.growth * (mesh_.point(w) - mesh_.point(v)).norm());
+        });
+    for (const auto& [v, size] : asked_for) size_[std::size_t(v)] = grown.length[std::size_t(v)];
 }
 
 }  // namespace patchwright::cage

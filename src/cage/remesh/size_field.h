@@ -1,7 +1,8 @@
 // How long the edges of a cage should be, by curvature of surface and feature curves.
 #pragma once
 
-#include "cage/remesh/tri_mesh.h"
+#include "cage/poll.h"
+#include "geom/editable_mesh.h"
 
 #include <patchwright/cage/make_cage.h>
 #include <patchwright/geom/model_surface.h>
@@ -10,23 +11,27 @@
 
 namespace patchwright::cage {
 
-/// Where lengths are halved once more.
-using FinerPlace = CageOptions::Place;
+/// The angle, radians, that an edge may span on a surface of this curvature so that a fit meets the
+/// tolerance after one refinement of the cage.
+/// @param diagonal   of the model, millimetres
+/// @param curvature  > 0, 1/mm
+double angle_of_edge(double tolerance_rel, double diagonal, double curvature);
 
 struct SizeOptions {
     double tolerance_rel = 1e-3;  ///< of the diagonal: what the cage is to be fitted to
     double least_rel = 8e-3;      ///< of the diagonal: shortest edge asked for
     double largest_rel = 0.12;    ///< of the diagonal: longest
-    double growth = 0.6;          ///< by how much length may grow per length
+    double growth = 0.6;          ///< by how much the length may grow per length of way
     double fineness = 1.0;        ///< divides lengths by curvature and the shortest one
     double scale = 1.0;           ///< multiplies all lengths
-    std::vector<FinerPlace> finer_at;
+    std::vector<FinerRegion> finer_at;
 };
 
 /// Wanted lengths, one a vertex of a mesh that changes.
 class SizeField {
   public:
-    SizeField(const TriMesh& mesh, const geom::ModelSurface& reference, const SizeOptions& options);
+    SizeField(const geom::EditableMesh& mesh, const geom::ModelSurface& reference,
+              const SizeOptions& options, Poll& poll);
 
     [[nodiscard]] double at(int v) const { return size_[std::size_t(v)]; }
     /// For the vertex that was last added, between a and b.
@@ -36,9 +41,9 @@ class SizeField {
 
   private:
     [[nodiscard]] double by_curvature(int v) const;
-    [[nodiscard]] double at_places(int v) const;
+    [[nodiscard]] double factor_at(int v) const;
 
-    const TriMesh& mesh_;
+    const geom::EditableMesh& mesh_;
     const geom::ModelSurface& reference_;
     SizeOptions options_;
     std::vector<double> size_;

@@ -10,18 +10,21 @@
 
 namespace patchwright::cage {
 
-Recognised recognise(const Body& body, const geom::ModelSurface& reference, double fineness) {
-    const WingOptions wing{.columns = std::max(5, int(std::lround(8 * std::sqrt(fineness)))),
-                           .spans = std::max(1, int(std::lround(5 * fineness))),
+Recognised recognise(const SurfaceBody& body, const geom::ModelSurface& reference, double fineness,
+                     Poll& poll) {
+    const auto times = [](double factor, int count) { return int(std::lround(factor * count)); };
+    const double root = std::sqrt(fineness);
+    const WingOptions coarse_wing;
+    const WingOptions wing{.columns = std::max(fewest_columns, times(root, coarse_wing.columns)),
+                           .spans = std::max(1, times(fineness, coarse_wing.spans)),
                            .fineness = fineness};
-    const WingSearch search = find_wing(body, reference, wing);
+    const WingSearch search = find_wing(body, reference, wing, poll);
     if (search.wing)
-        return {wing_blocks(*search.wing, reference, wing), describe(*search.wing, wing)};
-    const TubeOptions options{
-        .around = 8 * std::max(1, int(std::lround(2.0 * std::sqrt(fineness)))),
-        .fineness = fineness};
-    const TubeSearch around = find_tube(body, reference, options);
-    if (around.tube) return {tube_blocks(*around.tube, reference), describe(*around.tube)};
+        return {wing_blocks(*search.wing, reference, wing, poll), describe(*search.wing, wing)};
+    const TubeOptions options{.around = 8 * std::max(1, times(root, TubeOptions{}.around / 8)),
+                              .fineness = fineness};
+    const TubeSearch around = find_tube(body, reference, options, poll);
+    if (around.tube) return {tube_blocks(*around.tube, reference, poll), describe(*around.tube)};
     return {{}, fmt::format("no wing ({}), no nacelle ({})", search.why_not, around.why_not)};
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cage/blocks.h"
+#include "cage/poll.h"
 #include "cage/sections/sections.h"
 
 #include <patchwright/geom/model_surface.h>
@@ -16,7 +17,9 @@ struct Recognised {
     std::string text;  ///< what the body is, or why it is nothing known
 };
 
-/// @param fineness  > 0: lines are about that many times as many along the body, its root around
-Recognised recognise(const Body& body, const geom::ModelSurface& reference, double fineness);
+/// @param fineness  > 0: rings along the body are about that many times as many, lines around it by
+///                  its root
+Recognised recognise(const SurfaceBody& body, const geom::ModelSurface& reference, double fineness,
+                     Poll& poll);
 
 }  // namespace patchwright::cage

@@ -1,12 +1,12 @@
 #include "cage/sections/sections.h"
 
 #include "geom/disjoint_sets.h"
+#include "geom/polyline.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <set>
 
@@ -14,24 +14,23 @@ namespace patchwright::cage {
 
 using geom::Vec3;
 
-std::vector<Body> bodies_of(const geom::SurfaceMesh& mesh) {
+std::vector<SurfaceBody> bodies_of(const geom::SurfaceMesh& mesh) {
     geom::DisjointSets connected(std::size_t(mesh.points.rows()));
     for (const auto& t : mesh.triangles)
         for (const int v : {t[1], t[2]}) connected.join(t[0], v);
-    std::map<int, Body> bodies;
+    std::map<int, SurfaceBody> bodies;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        Body& body = bodies[connected.find(mesh.triangles[t][0])];
+        SurfaceBody& body = bodies[connected.find(mesh.triangles[t][0])];
         body.mesh = &mesh;
         body.triangles.push_back(int(t));
     }
-    std::vector<Body> result;
+    std::vector<SurfaceBody> result;
     for (auto& [root, body] : bodies) result.push_back(std::move(body));
     return result;
 }
 
 double SectionLoop::length() const {
-    double sum = 0.0;
-    for (std::size_t i = 1; i < points.size(); ++i) sum += (points[i] - points[i - 1]).norm();
+    double sum = geom::length_of(points);
     if (closed && points.size() > 1) sum += (points.front() - points.back()).norm();
     return sum;
 }
@@ -41,7 +40,7 @@ void SectionLoop::reverse() {
     for (Crossing& c : crossings) c.point = int(points.size()) - 1 - c.point;
 }
 
-std::vector<SectionLoop> rims(const Body& body) {
+std::vector<SectionLoop> rims(const SurfaceBody& body) {
     const geom::SurfaceMesh& mesh = *body.mesh;
     std::map<std::pair<int, int>, int> uses;
     for (const int t : body.triangles) {
@@ -81,7 +80,7 @@ std::vector<SectionLoop> rims(const Body& body) {
     return loops;
 }
 
-Slicer::Slicer(const Body& body, const Vec3& normal) : body_(&body), normal_(normal) {
+Slicer::Slicer(const SurfaceBody& body, const Vec3& normal) : body_(&body), normal_(normal) {
     const geom::Points& points = body.mesh->points;
     heights_.resize(std::size_t(points.rows()));
     for (Eigen::Index i = 0; i < points.rows(); ++i)

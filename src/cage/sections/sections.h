@@ -8,12 +8,12 @@
 namespace patchwright::cage {
 
 /// Triangles that hang together, of a mesh that may have more.
-struct Body {
+struct SurfaceBody {
     const geom::SurfaceMesh* mesh = nullptr;
     std::vector<int> triangles;
 };
 
-std::vector<Body> bodies_of(const geom::SurfaceMesh& mesh);
+std::vector<SurfaceBody> bodies_of(const geom::SurfaceMesh& mesh);
 
 /// Where a section crosses a feature curve.
 struct Crossing {
@@ -34,12 +34,12 @@ struct SectionLoop {
 
 /// The lines along which a body ends, with the body on their left seen from outside: at the lower
 /// end of a span they run as sections do. Crossings are where other feature curves reach them.
-std::vector<SectionLoop> rims(const Body& body);
+std::vector<SectionLoop> rims(const SurfaceBody& body);
 
 /// Cuts bodies by planes of one direction.
 class Slicer {
   public:
-    Slicer(const Body& body, const geom::Vec3& normal);
+    Slicer(const SurfaceBody& body, const geom::Vec3& normal);
 
     /// The lines where normal . p = height.
     [[nodiscard]] std::vector<SectionLoop> cut(double height) const;
@@ -49,10 +49,10 @@ class Slicer {
     /// Whether a vertex of the mesh is one of the body's.
     [[nodiscard]] bool holds(int vertex) const { return mine_[std::size_t(vertex)] != 0; }
     [[nodiscard]] const geom::Vec3& normal() const { return normal_; }
-    [[nodiscard]] const Body& body() const { return *body_; }
+    [[nodiscard]] const SurfaceBody& body() const { return *body_; }
 
   private:
-    const Body* body_;
+    const SurfaceBody* body_;
     geom::Vec3 normal_;
     std::vector<double> heights_;
     std::vector<char> mine_;

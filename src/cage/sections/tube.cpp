@@ -1,6 +1,8 @@
 #include "cage/sections/tube.h"
 
 #include "cage/blocks/feature_chain.h"
+#include "geom/angle.h"
+#include "geom/polyline.h"
 
 #include <fmt/format.h>
 
@@ -18,20 +20,31 @@ using geom::Vec3;
 namespace {
 
 /// A line in a half plane with the sharp and smooth curves that it crosses.
-struct Line {
+struct HalfPlaneLine {
     std::vector<Vec3> points;
     std::vector<Crossing> crossed;
     LineEnd start = LineEnd::None, end = LineEnd::None;
 };
 
-double length_of(const std::vector<Vec3>& points) {
-    double sum = 0.0;
-    for (std::size_t i = 1; i < points.size(); ++i) sum += (points[i] - points[i - 1]).norm();
-    return sum;
-}
+// Of the way around: sharp curves that are shorter are flaws that no ring is made for.
+constexpr double short_rel = 0.1;
+// How much longer than its neighbour a line may be: blades and the like stand out by more.
+constexpr double most_uneven = 1.3;
+// Cosine between a line and the axis where it ends on that: nearer to 1 the end is a point, on
+// which no cap of quads lies flat.
+constexpr double steepest = 0.85;
+// Share of a piece from its end over which its direction there is taken.
+constexpr double direction_share = 0.02;
+// A ring-to-ring step turns by this at most, about 30 degrees, and is within these lengths of a
+// line.
+constexpr double turn_rad = 0.5, longest_rel = 0.25, shortest_rel = 0.01;
+// Places along a piece at which the density of rings is known, and how it is evened out: to at
+// least this share of the sum of both neighbours', in as many rounds.
+constexpr int cells = 200, evening_rounds = 10;
+constexpr double kept_of_neighbours = 0.45;
 
 /// In growing order.
-std::vector<int> vertices_of(const Body& body) {
+std::vector<int> vertices_of(const SurfaceBody& body) {
     std::vector<int> vertices;
     for (const int t : body.triangles)
         for (const int v : body.mesh->triangles[std::size_t(t)]) vertices.push_back(v);
@@ -42,9 +55,9 @@ std::vector<int> vertices_of(const Body& body) {
 
 class TubeFinder {
   public:
-    TubeFinder(const Body& body, const geom::ModelSurface& reference, const TubeOptions& options,
-               const Vec3& center, const Vec3& axis)
-        : body_(body), reference_(reference), options_(options) {
+    TubeFinder(const SurfaceBody& body, const geom::ModelSurface& reference,
+               const TubeOptions& options, const Vec3& center, const Vec3& axis, Poll& poll)
+        : body_(body), reference_(reference), options_(options), poll_(poll) {
         tube_.center = center;
         tube_.axis = axis;
     }
@@ -71,7 +84,8 @@ class TubeFinder {
     }
 
     /// The parts of a plane's lines that lie in the half plane.
-    void add_parts(const SectionLoop& loop, const Vec3& outward, std::vector<Line>& parts) const {
+    void add_parts(const SectionLoop& loop, const Vec3& outward,
+                   std::vector<HalfPlaneLine>& parts) const {
         const auto& curves = reference_.features().curves;
         std::map<int, std::vector<int>> crossings;
         for (const Crossing& c : loop.crossings)
@@ -92,7 +106,7 @@ class TubeFinder {
         if (loop.closed)
             while (first < count && radius(first) > 0.0) ++first;
         const bool whole = loop.closed && first == count;
-        Line part;
+        HalfPlaneLine part;
         bool open = false;
         const int steps = loop.closed && !whole ? count + 1 : count;
         for (int s = 0; s < steps; ++s) {
@@ -123,10 +137,11 @@ class TubeFinder {
     }
 
     bool cut(double angle) {
+        poll_();
         const Vec3 zero = Vec3(tube_.axis.z(), tube_.axis.x(), tube_.axis.y());  // a cyclic shift
         const Vec3 outward = std::cos(angle) * zero + std::sin(angle) * tube_.axis.cross(zero);
         const Slicer slicer(body_, tube_.axis.cross(outward));
-        std::vector<Line> parts;
+        std::vector<HalfPlaneLine> parts;
         for (const SectionLoop& loop : slicer.cut(tube_.center.dot(slicer.normal())))
             add_parts(loop, outward, parts);
         if (parts.size() != 1)
@@ -142,7 +157,6 @@ class TubeFinder {
     /// Which sharp curves run around: those, or chains of those, that every line crosses; of chains
     /// parts may be smooth.
     bool find_rings() {
-        constexpr double short_rel = 0.1;  // of the way around: flaws that no ring is made for
         const auto& curves = reference_.features().curves;
         const auto is_sharp = [&](int c) {
             return curves[std::size_t(c)].kind == geom::FeatureKind::Sharp;
@@ -150,7 +164,7 @@ class TubeFinder {
         std::map<int, int> crossed;
         std::set<int> counts;
         double around = 0.0;
-        for (const Line& line : lines_) {
+        for (const HalfPlaneLine& line : lines_) {
             int count = 0;
             for (const Crossing& c : line.crossed) {
                 if (!is_sharp(c.curve)) continue;
@@ -167,8 +181,10 @@ class TubeFinder {
             if (!is_sharp(f.curve) || rings_.contains(f.curve) ||
                 !std::binary_search(mine_.begin(), mine_.end(), f.v0))
                 continue;
+            poll_();
             const FeatureChain chain = chain_from(f.curve, false, reference_);
-            if (chain.closed && std::all_of(lines_.begin(), lines_.end(), [&](const Line& line) {
+            if (chain.closed &&
+                std::all_of(lines_.begin(), lines_.end(), [&](const HalfPlaneLine& line) {
                     return crosses_once(line, chain.curves);
                 }))
                 rings_.insert(chain.curves.begin(), chain.curves.end());
@@ -178,7 +194,7 @@ class TubeFinder {
         return true;
     }
 
-    static bool crosses_once(const Line& line, const std::vector<int>& chain) {
+    static bool crosses_once(const HalfPlaneLine& line, const std::vector<int>& chain) {
         return std::count_if(line.crossed.begin(), line.crossed.end(), [&](const Crossing& c) {
                    return std::find(chain.begin(), chain.end(), c.curve) != chain.end();
                }) == 1;
@@ -193,7 +209,7 @@ class TubeFinder {
         tube_.start = lines_[0].start;
         tube_.end = lines_[0].end;
         for (std::size_t k = 0; k < lines_.size(); ++k) {
-            Line& line = lines_[k];
+            HalfPlaneLine& line = lines_[k];
             std::vector<int> at;
             for (const Crossing& c : line.crossed)
                 if (rings_.contains(c.curve) && (at.empty() || at.back() != c.point))
@@ -217,7 +233,7 @@ class TubeFinder {
     }
 
     /// A closed line starts and ends at its hindmost sharp point, or at its foremost point.
-    void close(Line& line, std::vector<int>& at) const {
+    void close(HalfPlaneLine& line, std::vector<int>& at) const {
         const auto along = [&](int i) { return line.points[std::size_t(i)].dot(tube_.axis); };
         int first = 0;
         if (at.empty()) {
@@ -248,7 +264,6 @@ class TubeFinder {
 
     /// Lines next to each other have about the same length: blades and the like stand out.
     bool is_even() {
-        constexpr double most = 1.3;
         for (std::size_t k = 0; k < tube_.lines.size(); ++k) {
             const TubeLine& other = tube_.lines[(k + 1) % tube_.lines.size()];
             double a = 0.0, b = 0.0;
@@ -256,19 +271,19 @@ class TubeFinder {
                 a += tube_.lines[k].length(i);
                 b += other.length(i);
             }
-            if (std::max(a, b) > most * std::min(a, b))
+            if (std::max(a, b) > most_uneven * std::min(a, b))
                 return refuse("lines next to each other differ in length");
         }
         return true;
     }
 
     bool is_blunt_at_axis() {
-        constexpr double steepest = 0.85;  // cosine towards the axis of what is a point there
         for (const TubeLine& line : tube_.lines) {
             const auto& first = line.pieces.front();
             const auto& last = line.pieces.back();
-            const Vec3 in = line.at(0, 0.02) - first.front(),
-                       out = last.back() - line.at(int(line.pieces.size()) - 1, 0.98);
+            const Vec3 in = line.at(0, direction_share) - first.front(),
+                       out = last.back() -
+                             line.at(int(line.pieces.size()) - 1, 1.0 - direction_share);
             if ((tube_.start == LineEnd::Axis &&
                  std::abs(in.normalized().dot(tube_.axis)) > steepest) ||
                 (tube_.end == LineEnd::Axis &&
@@ -278,32 +293,37 @@ class TubeFinder {
         return true;
     }
 
-    /// Rings of a piece: where its lines are bent a step turns by about 30 degrees.
-    void place_rings(int piece) {
-        constexpr int cells = 200;
-        constexpr double turn_rad = 0.5, longest_rel = 0.25, shortest_rel = 0.01;
+    /// Rings that a piece should have at each of its cells, by how its lines are bent there.
+    [[nodiscard]] std::vector<double> ring_density(int piece) const {
         std::vector<double> density(cells, 0.0);
         double total = 0.0;
-        for (const auto& p : tube_.lines.front().pieces) total += length_of(p);
+        for (const auto& p : tube_.lines.front().pieces) total += geom::length_of(p);
         for (const TubeLine& line : tube_.lines) {
             const double length = line.length(piece);
             for (int i = 0; i < cells; ++i) {
                 const double x = (i + 0.5) / cells, h = 2.0 / cells;
                 const Vec3 before = line.at(piece, x) - line.at(piece, std::max(x - h, 0.0)),
                            after = line.at(piece, std::min(x + h, 1.0)) - line.at(piece, x);
-                const double turn = std::atan2(before.cross(after).norm(), before.dot(after));
+                const double turn = geom::angle_between(before, after);
                 const double bend = turn / (h * length);
                 const double step = std::clamp(turn_rad / std::max(bend, 1e-300),
                                                shortest_rel * total, longest_rel * total);
                 density[std::size_t(i)] += length / step / cells / double(tube_.lines.size());
             }
         }
-        for (int round = 0; round < 10; ++round)  // sizes of steps change slowly
+        for (int round = 0; round < evening_rounds; ++round)
             for (int i = 0; i < cells; ++i) {
                 const double a = density[std::size_t(std::max(i - 1, 0))],
                              b = density[std::size_t(std::min(i + 1, cells - 1))];
-                density[std::size_t(i)] = std::max(density[std::size_t(i)], 0.45 * (a + b));
+                density[std::size_t(i)] =
+                    std::max(density[std::size_t(i)], kept_of_neighbours * (a + b));
             }
+        return density;
+    }
+
+    void place_rings(int piece) {
+        poll_();
+        const std::vector<double> density = ring_density(piece);
         double sum = 0.0;
         for (const double d : density) sum += d;
         const int steps = std::max(1, int(std::lround(sum * options_.fineness)));
@@ -327,11 +347,12 @@ class TubeFinder {
         tube_.shares.push_back(std::move(shares));
     }
 
-    const Body& body_;
+    const SurfaceBody& body_;
     const geom::ModelSurface& reference_;
     const TubeOptions& options_;
+    Poll& poll_;
     Tube tube_;
-    std::vector<Line> lines_;
+    std::vector<HalfPlaneLine> lines_;
     std::set<int> rings_;
     std::vector<int> mine_ = vertices_of(body_);
     std::string why_not_;
@@ -339,22 +360,14 @@ class TubeFinder {
 
 }  // namespace
 
-double TubeLine::length(int piece) const { return length_of(pieces[std::size_t(piece)]); }
+double TubeLine::length(int piece) const { return geom::length_of(pieces[std::size_t(piece)]); }
 
 Vec3 TubeLine::at(int piece, double share) const {
-    const auto& points = pieces[std::size_t(piece)];
-    double left = share * length(piece);
-    for (std::size_t i = 1; i < points.size(); ++i) {
-        const double step = (points[i] - points[i - 1]).norm();
-        if (left <= step && step > 0.0)
-            return points[i - 1] + left / step * (points[i] - points[i - 1]);
-        left -= step;
-    }
-    return points.back();
+    return geom::point_along(pieces[std::size_t(piece)], share);
 }
 
-TubeSearch find_tube(const Body& body, const geom::ModelSurface& reference,
-                     const TubeOptions& options) {
+TubeSearch find_tube(const SurfaceBody& body, const geom::ModelSurface& reference,
+                     const TubeOptions& options, Poll& poll) {
     const geom::SurfaceMesh& mesh = *body.mesh;
     Vec3 center = Vec3::Zero();
     double area = 0.0;
@@ -370,7 +383,7 @@ TubeSearch find_tube(const Body& body, const geom::ModelSurface& reference,
     center /= area;
     int most = -1;
     for (int k = 0; k < 3; ++k) {
-        TubeFinder finder(body, reference, options, center, Vec3::Unit(k));
+        TubeFinder finder(body, reference, options, center, Vec3::Unit(k), poll);
         if ((result.tube = finder.run())) return result;
         if (finder.lines_found() <= most) continue;
         most = finder.lines_found();

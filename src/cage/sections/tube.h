@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cage/blocks.h"
+#include "cage/poll.h"
 #include "cage/sections/sections.h"
 
 #include <patchwright/geom/model_surface.h>
@@ -13,7 +14,7 @@
 namespace patchwright::cage {
 
 struct TubeOptions {
-    int around = 16;        ///< lines along the body, a multiple of 8
+    int around = 16;        ///< lines along the body, a multiple of 8: four sides of even numbers
     double fineness = 1.0;  ///< rings are nearer to each other by this factor
 };
 
@@ -40,7 +41,7 @@ struct Tube {
     bool sharp_start = false;  ///< closed lines: they start at a sharp curve
     std::vector<TubeLine> lines;
     /// Shares at which rings lie, one list a piece, both ends included; a share 0 on the axis is
-    /// left away, as is 1.
+    /// omitted, as is 1.
     std::vector<std::vector<double>> shares;
 };
 
@@ -50,11 +51,11 @@ struct TubeSearch {
 };
 
 /// Looks around the three axes through the centre of the body's surface.
-TubeSearch find_tube(const Body& body, const geom::ModelSurface& reference,
-                     const TubeOptions& options = {});
+TubeSearch find_tube(const SurfaceBody& body, const geom::ModelSurface& reference,
+                     const TubeOptions& options, Poll& poll);
 
 /// Rings of quads; a square of quads with four vertices of valence 3 where lines end on the axis.
-Blocks tube_blocks(const Tube& tube, const geom::ModelSurface& reference);
+Blocks tube_blocks(const Tube& tube, const geom::ModelSurface& reference, Poll& poll);
 
 /// "nacelle: 16 lines x 14 rings, ends open and open, 1 sharp ring"
 std::string describe(const Tube& tube);

@@ -15,16 +15,25 @@ using geom::Vec3;
 
 namespace {
 
-struct Ring {
+struct TubeRing {
     int piece;
     double share;
     std::optional<geom::FeatureKind> feature;  ///< on which its points lie
     double squareness = 0.0;                   ///< of rings around caps
 };
 
-std::vector<Ring> rings_of(const Tube& tube) {
-    constexpr double squareness = 0.12;  // corners of a cap's square are wider than 150 degrees
-    std::vector<Ring> rings;
+// How much farther from the axis a ring around a cap is at the corners of the cap's square than on
+// average, of its share: on a circle quads would have angles of more than 150 degrees there.
+constexpr double squareness = 0.12;
+// Half of the share of a piece between two points that tell its direction.
+constexpr double direction_share = 0.01;
+// A body whose lines turn back by more than this share of their way along the axis has a lip.
+constexpr double least_turned = 0.1;
+// Steps along a piece when that is measured.
+constexpr int turn_samples = 20;
+
+std::vector<TubeRing> rings_of(const Tube& tube) {
+    std::vector<TubeRing> rings;
     const int pieces = int(tube.shares.size());
     for (int i = 0; i < pieces; ++i) {
         for (const double share : tube.shares[std::size_t(i)]) {
@@ -44,15 +53,16 @@ std::vector<Ring> rings_of(const Tube& tube) {
 
 class TubeRings {
   public:
-    TubeRings(const Tube& tube, const geom::ModelSurface& reference)
+    TubeRings(const Tube& tube, const geom::ModelSurface& reference, Poll& poll)
         : tube_(tube),
           reference_(reference),
+          poll_(poll),
           rings_(rings_of(tube)),
           around_(int(tube.lines.size())),
           side_(around_ / 4) {}
 
     Blocks run() {
-        for (const Ring& ring : rings_)
+        for (const TubeRing& ring : rings_)
             for (int k = 0; k < around_; ++k) blocks_.points.push_back(point(ring, k));
         const int count = int(rings_.size());
         const int strips = tube_.start == LineEnd::None ? count : count - 1;
@@ -81,7 +91,7 @@ class TubeRings {
     /// Number of the line at the first corner of a cap's square.
     [[nodiscard]] int first_corner() const { return side_ / 2; }
 
-    [[nodiscard]] double share_of(const Ring& ring, int k) const {
+    [[nodiscard]] double share_of(const TubeRing& ring, int k) const {
         const double angle = 2.0 * std::numbers::pi * (k - first_corner()) / around_;
         const double stretch = 1.0 + std::abs(ring.squareness) * std::cos(4.0 * angle);
         if (ring.squareness == 0.0) return ring.share;
@@ -89,15 +99,16 @@ class TubeRings {
     }
 
     /// Unit, from the surface.
-    [[nodiscard]] Vec3 normal_at(const Ring& ring, int k) const {
+    [[nodiscard]] Vec3 normal_at(const TubeRing& ring, int k) const {
         const TubeLine& line = tube_.lines[std::size_t(k)];
-        const double share = share_of(ring, k), h = 0.01;
+        const double share = share_of(ring, k), h = direction_share;
         const Vec3 along = line.at(ring.piece, std::min(share + h, 1.0)) -
                            line.at(ring.piece, std::max(share - h, 0.0));
         return along.cross(tube_.axis.cross(line.outward)).normalized();
     }
 
-    [[nodiscard]] Vec3 point(const Ring& ring, int k) const {
+    [[nodiscard]] Vec3 point(const TubeRing& ring, int k) const {
+        poll_();
         const Vec3 p = tube_.lines[std::size_t(k)].at(ring.piece, share_of(ring, k));
         if (ring.feature) {
             auto feature = reference_.feature_point(p, *ring.feature);
@@ -136,6 +147,7 @@ class TubeRings {
                                (1.0 - u) * border(4 * m - b) + u * border(m + b) -
                                (1.0 - u) * (1.0 - v) * border(0) - u * (1.0 - v) * border(m) -
                                u * v * border(2 * m) - (1.0 - u) * v * border(3 * m);
+                poll_();
                 at(a, b) = int(blocks_.points.size());
                 blocks_.points.push_back(reference_.foot_point(p, outward).point);
             }
@@ -152,34 +164,35 @@ class TubeRings {
 
     const Tube& tube_;
     const geom::ModelSurface& reference_;
-    std::vector<Ring> rings_;
+    Poll& poll_;
+    std::vector<TubeRing> rings_;
     int around_, side_;
     Blocks blocks_;
 };
 
 }  // namespace
 
-Blocks tube_blocks(const Tube& tube, const geom::ModelSurface& reference) {
-    return TubeRings(tube, reference).run();
+Blocks tube_blocks(const Tube& tube, const geom::ModelSurface& reference, Poll& poll) {
+    return TubeRings(tube, reference, poll).run();
 }
 
 std::string describe(const Tube& tube) {
-    const std::vector<Ring> rings = rings_of(tube);
-    const auto sharp = std::count_if(rings.begin(), rings.end(), [](const Ring& r) {
+    const std::vector<TubeRing> rings = rings_of(tube);
+    const auto sharp = std::count_if(rings.begin(), rings.end(), [](const TubeRing& r) {
         return r.feature == geom::FeatureKind::Sharp;
     });
     const auto name = [](LineEnd end) { return end == LineEnd::Free ? "open" : "on the axis"; };
     // Around a lip lines turn back.
     double forward = 0.0, backward = 0.0;
     for (int i = 0; i < int(tube.shares.size()); ++i) {
-        for (int k = 0; k < 20; ++k) {
+        for (int k = 0; k < turn_samples; ++k) {
+            const double n = turn_samples;
             const double step =
-                (tube.lines[0].at(i, (k + 1) / 20.0) - tube.lines[0].at(i, k / 20.0))
-                    .dot(tube.axis);
+                (tube.lines[0].at(i, (k + 1) / n) - tube.lines[0].at(i, k / n)).dot(tube.axis);
             (step > 0.0 ? forward : backward) += std::abs(step);
         }
     }
-    const bool turns = std::min(forward, backward) > 0.1 * std::max(forward, backward);
+    const bool turns = std::min(forward, backward) > least_turned * std::max(forward, backward);
     const std::string ends = tube.start == LineEnd::None
                                  ? "closed"
                                  : fmt::format("ends {} and {}", name(tube.start), name(tube.end));

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <set>
 
 namespace patchwright::cage {
 
@@ -16,10 +17,18 @@ using geom::Vec3;
 namespace {
 
 constexpr int samples_along = 13;
+// Of the span, from either end: tips are rounded or cut at an angle there.
+constexpr double outermost_sample = 0.08;
+// Of the mean chord: shorter bodies with wing-like sections are fairings and fins of other parts.
+constexpr double shortest_span = 0.4;
+// Beside a tip that closes the last interval of the span must not be much longer than the tip, or
+// the limit surface swings: more than `long_beside_tip` tips long it is parted at
+// `part_beside_tip`.
+constexpr double long_beside_tip = 6.0, part_beside_tip = 2.5;
 
 /// Directions that the span may have: across flat lids first, the largest one before all, then the
 /// axes, longest first.
-std::vector<Vec3> possible_axes(const Body& body) {
+std::vector<Vec3> possible_axes(const SurfaceBody& body) {
     const geom::SurfaceMesh& mesh = *body.mesh;
     geom::Box3 box;
     for (const int t : body.triangles)
@@ -33,10 +42,11 @@ std::vector<Vec3> possible_axes(const Body& body) {
         sum.first += area;
         sum.second += area.norm();
     }
+    constexpr double same_axis_cosine = 1.0 - 1e-6, flat_share = 1.0 - 1e-9;
     std::vector<Vec3> axes;
     const auto add = [&](Vec3 axis) {
         for (const Vec3& other : axes)
-            if (std::abs(axis.dot(other)) > 1.0 - 1e-6) return;
+            if (std::abs(axis.dot(other)) > same_axis_cosine) return;
         // The same direction whichever lid it comes from.
         int largest = 0;
         axis.cwiseAbs().maxCoeff(&largest);
@@ -44,7 +54,7 @@ std::vector<Vec3> possible_axes(const Body& body) {
     };
     std::vector<std::pair<double, Vec3>> flat;
     for (const auto& [face, sum] : faces)
-        if (sum.first.norm() > (1.0 - 1e-9) * sum.second) flat.emplace_back(sum.second, sum.first);
+        if (sum.first.norm() > flat_share * sum.second) flat.emplace_back(sum.second, sum.first);
     // A rib counts before the end of a blunt trailing edge.
     std::stable_sort(flat.begin(), flat.end(),
                      [](const auto& a, const auto& b) { return a.first > b.first; });
@@ -82,11 +92,19 @@ const WingSection* WingFinder::known_near(double height) const {
 
 bool WingFinder::is_wing() {
     if (!(wing_.span > 0.0)) return refuse("flat");
-    std::map<Height, std::vector<SectionLoop>> cuts;
+    SectionCuts cuts;
+    if (!find_tail(cuts)) return false;
+    find_nose(cuts);
+    return all_are_sections(cuts);
+}
+
+bool WingFinder::find_tail(SectionCuts& cuts) {
     int wedges = 0;
     for (int i = 0; i < samples_along; ++i) {
-        const double height =
-            wing_.slicer.low() + wing_.span * (0.08 + 0.84 * i / (samples_along - 1));
+        poll_();
+        const double share =
+            outermost_sample + (1.0 - 2.0 * outermost_sample) * i / (samples_along - 1);
+        const double height = wing_.slicer.low() + wing_.span * share;
         const auto& loops = cuts[height] = wing_.slicer.cut(height);
         const auto tail = tail_curves(loops, reference_);
         if (!tail && 2 * (i - wedges) > samples_along) break;
@@ -98,6 +116,10 @@ bool WingFinder::is_wing() {
     if (2 * wedges < samples_along)
         return refuse(fmt::format("{} of {} sections have one thin sharp trailing edge", wedges,
                                   samples_along));
+    return true;
+}
+
+void WingFinder::find_nose(const SectionCuts& cuts) {
     int at_nose = 0;
     std::set<int> nose;
     for (const auto& [height, loops] : cuts) {
@@ -105,18 +127,19 @@ bool WingFinder::is_wing() {
         at_nose += curves.empty() ? 0 : 1;
         nose.insert(curves.begin(), curves.end());
     }
-    // A few sections with a line at the nose are a flaw of the model.
     wing_.nose_line = 2 * at_nose > samples_along;
-    if (wing_.nose_line) {
-        wing_.lines.nose = nose;
-        // Where it goes on smoothly it is still one line.
-        for (const int curve : nose)
-            for (const bool backwards : {false, true})
-                for (const int next : chain_from(curve, backwards, reference_).curves)
-                    if (reference_.features().curves[std::size_t(next)].kind ==
-                        geom::FeatureKind::Smooth)
-                        wing_.lines.nose.insert(next);
-    }
+    if (!wing_.nose_line) return;
+    wing_.lines.nose = nose;
+    // Where it goes on smoothly it is still one line.
+    for (const int curve : nose)
+        for (const bool backwards : {false, true})
+            for (const int next : chain_from(curve, backwards, reference_).curves)
+                if (reference_.features().curves[std::size_t(next)].kind ==
+                    geom::FeatureKind::Smooth)
+                    wing_.lines.nose.insert(next);
+}
+
+bool WingFinder::all_are_sections(const SectionCuts& cuts) {
     for (const auto& [height, loops] : cuts) {
         auto result = wing_section(loops, wing_.lines, reference_);
         if (result.section) known_.emplace(height, std::move(*result.section));
@@ -125,6 +148,7 @@ bool WingFinder::is_wing() {
     double chords = 0.0;
     std::map<Height, WingSection> all;
     for (const auto& [height, loops] : cuts) {
+        poll_();
         const auto result = wing_section(loops, wing_.lines, reference_, known_near(height));
         if (!result.section)
             return refuse(fmt::format("the section {} has {}", percent(height), result.why));
@@ -140,7 +164,8 @@ bool WingFinder::is_wing() {
     if (2 * thin < samples_along) return refuse("most sections are thick");
     if (blunt > 0 && blunt < samples_along)
         return refuse("the trailing edge is sharp here and blunt there");
-    if (wing_.span < 0.4 * chords / samples_along) return refuse("the span is short for its chord");
+    if (wing_.span < shortest_span * chords / samples_along)
+        return refuse("the span is short for its chord");
     return true;
 }
 
@@ -149,12 +174,12 @@ std::vector<double> WingFinder::stations() const {
     std::vector<double> inner = line_ends_;
     for (const double h : lines_around())
         if (std::none_of(line_ends_.begin(), line_ends_.end(),
-                         [&](double end) { return std::abs(h - end) < apart_rel * wing_.span; }))
+                         [&](double end) { return std::abs(h - end) < distinct_rel * wing_.span; }))
             inner.push_back(h);
     std::sort(inner.begin(), inner.end());
     std::vector<double> fixed{low};
     for (const double h : inner)
-        if (h - fixed.back() > apart_rel * wing_.span && high - h > apart_rel * wing_.span)
+        if (h - fixed.back() > distinct_rel * wing_.span && high - h > distinct_rel * wing_.span)
             fixed.push_back(h);
     fixed.push_back(high);
     std::vector<double> result;
@@ -165,21 +190,20 @@ std::vector<double> WingFinder::stations() const {
     }
     result.push_back(high);
     add_where_bent(result);
-    // Beside a short tip the last interval must not be much longer than the tip.
     const auto closes = [](const WingEnd& end) {
         return end.kind == EndKind::Rounded || end.kind == EndKind::Ridge;
     };
     const double tip_low = low - wing_.ends[0].extreme, tip_high = wing_.ends[1].extreme - high;
-    if (closes(wing_.ends[1]) && high - result[result.size() - 2] > 6.0 * tip_high)
-        result.insert(result.end() - 1, high - 2.5 * tip_high);
-    if (closes(wing_.ends[0]) && result[1] - low > 6.0 * tip_low)
-        result.insert(result.begin() + 1, low + 2.5 * tip_low);
+    if (closes(wing_.ends[1]) && high - result[result.size() - 2] > long_beside_tip * tip_high)
+        result.insert(result.end() - 1, high - part_beside_tip * tip_high);
+    if (closes(wing_.ends[0]) && result[1] - low > long_beside_tip * tip_low)
+        result.insert(result.begin() + 1, low + part_beside_tip * tip_low);
     return result;
 }
 
 void WingFinder::add_where_bent(std::vector<double>& heights) const {
-    constexpr double straight = 0.02;  // of the chord
-    constexpr double shortest_rel = 0.02;
+    // Of the chord: what a fit of one cubic span takes out of a bent one. Of the span: an interval.
+    constexpr double straight = 0.02, shortest_rel = 0.02;
     const auto points_of = [](const WingSection& s) {
         return std::array<Vec3, 4>{s.trailing_edge(), s.at(0, 0.5), s.nose(), s.at(1, 0.5)};
     };
@@ -215,7 +239,8 @@ bool WingFinder::add_section(double height) {
         double reach = 0.0;
         for (const Vec3& p : end.rim.points)
             reach = std::max(reach, std::abs(p.dot(wing_.slicer.normal()) - end.extreme));
-        if (reach > flat_rel * wing_.span && std::abs(height - end.extreme) < 1.5 * reach)
+        constexpr double clear_of_rim = 1.5;  // times how far a slanting rim reaches inward
+        if (reach > flat_rel * wing_.span && std::abs(height - end.extreme) < clear_of_rim * reach)
             return true;
     }
     result = open == nullptr
@@ -236,12 +261,12 @@ bool WingFinder::add_section(double height) {
     return true;
 }
 
-WingSearch find_wing(const Body& body, const geom::ModelSurface& reference,
-                     const WingOptions& options) {
+WingSearch find_wing(const SurfaceBody& body, const geom::ModelSurface& reference,
+                     const WingOptions& options, Poll& poll) {
     WingSearch result;
     int most = -1;
     for (const Vec3& axis : possible_axes(body)) {
-        WingFinder finder(body, reference, options, axis);
+        WingFinder finder(body, reference, options, axis, poll);
         if ((result.wing = finder.run())) return result;
         if (finder.sections_found() <= most) continue;
         most = finder.sections_found();

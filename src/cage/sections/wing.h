@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cage/blocks.h"
+#include "cage/poll.h"
 #include "cage/sections/wing_section.h"
 
 #include <array>
@@ -11,9 +12,14 @@
 
 namespace patchwright::cage {
 
+/// Fewer points from the trailing edge to the nose do not show the form of a section.
+inline constexpr int fewest_columns = 5;
+
 struct WingOptions {
-    int columns = 8;  ///< points from the trailing edge to the nose, each side, both ends included
-    int spans = 5;    ///< intervals along the whole span, about
+    /// Points from the trailing edge to the nose, each side, both ends included: at least
+    /// fewest_columns. Eight hold sections of usual wings within 1e-3 of the chord after a fit.
+    int columns = 8;
+    int spans = 5;          ///< intervals along the whole span, about
     double fineness = 1.0;  ///< bent spans are halved until they are straighter by this factor
 };
 
@@ -26,13 +32,13 @@ enum class EndKind {
 
 struct WingEnd {
     EndKind kind = EndKind::Rounded;
-    double extreme = 0.0;  ///< height where the body ends
+    double extreme = 0.0;  ///< height where the body ends, along the span's direction
     double ring = 0.0;     ///< height of the last ring that is a section
     double outward = 1.0;  ///< sign of the span's direction
     SectionLoop rim;       ///< of an open end
     /// Of a ridge: the curve, and whether it starts at the trailing edge.
     int ridge = -1;
-    bool from_tail = true;
+    bool starts_at_tail = true;
 };
 
 /// What there is to know of a wing before points are put on it.
@@ -55,15 +61,15 @@ struct WingSearch {
 };
 
 /// Looks along directions across flat lids first, then along the axes.
-WingSearch find_wing(const Body& body, const geom::ModelSurface& reference,
-                     const WingOptions& options = {});
+WingSearch find_wing(const SurfaceBody& body, const geom::ModelSurface& reference,
+                     const WingOptions& options, Poll& poll);
 
 /// A box of quads around the wing: rings of points at its sections, each from the trailing edge
 /// around the nose, and lids of quads between the lower and the upper side where it is closed.
 Blocks wing_blocks(const Wing& wing, const geom::ModelSurface& reference,
-                   const WingOptions& options = {});
+                   const WingOptions& options, Poll& poll);
 
 /// "wing: 17 points around, 9 rings, blunt trailing edge, ends planar and rounded"
-std::string describe(const Wing& wing, const WingOptions& options = {});
+std::string describe(const Wing& wing, const WingOptions& options);
 
 }  // namespace patchwright::cage

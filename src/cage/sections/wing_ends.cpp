@@ -5,10 +5,45 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace patchwright::cage {
 
 using geom::Vec3;
+
+namespace {
+
+// Along a curve, where its distances and heights are taken.
+constexpr int samples = 8;
+// Of chord times thickness of the section nearby: triangles in the plane of an end that cover more
+// are a lid, fewer the outermost points of a rounded tip.
+constexpr double least_lid = 0.3;
+// How many thicknesses inward a ridge may reach that runs round a tip.
+constexpr double longest_ridge_reach = 3.0;
+// Of the chord, between the ends of a ridge: shorter ones are edges of a blunt trailing edge.
+constexpr double shortest_ridge = 0.5;
+// Of the span from the end: where a section is taken to know how thick the wing is.
+constexpr double beside_tip_rel = 0.1;
+// In thicknesses: a curve around the body this near to the end is where the tip begins.
+constexpr double reach_of_tip = 1.5;
+// In thicknesses: farther from the end no tip begins.
+constexpr double farthest_ring = 4.0;
+// Of the chord: shorter curves in a section's plane are flaws, not lines around the body.
+constexpr double shortest_line_around = 0.3;
+// Of the span: shorter sharp lines are flaws that no line of the cage is made for.
+constexpr double shortest_sharp_rel = 0.01;
+// Of the span: lines that stay within this of an end belong to it.
+constexpr double at_end_rel = 2e-3;
+
+/// How the beginning of a tip is looked for: at growing shares of the thickness from the end, until
+/// a section is nearly as thick as those farther in. A ridge needs a ring where the tip has turned
+/// half of its way, a rounded tip one where it starts to turn.
+struct TipSearch {
+    double first_share, growth, thick_enough;
+};
+constexpr TipSearch rounded_tip{0.3, 1.25, 0.85}, sharp_tip{0.1, 1.1, 0.6};
+
+}  // namespace
 
 bool WingFinder::classify(WingEnd& end) {
     const geom::SurfaceMesh& mesh = *wing_.slicer.body().mesh;
@@ -24,7 +59,7 @@ bool WingFinder::classify(WingEnd& end) {
     }
     end.ring = end.extreme - end.outward * inside_rel * wing_.span;
     const WingSection* near = known_near(end.extreme);
-    if (lid > 0.3 * near->chord * near->thickness) {
+    if (lid > least_lid * near->chord * near->thickness) {
         end.kind = EndKind::Lid;
         return true;
     }
@@ -54,20 +89,22 @@ void WingFinder::find_ridge(WingEnd& end, const WingSection& near) const {
             wing_.lines.tail.contains(i) || wing_.lines.nose.contains(i))
             continue;
         double nearest = wing_.span, farthest = 0.0;
-        for (int k = 0; k <= 16; ++k) {
-            const Vec3 p = reference_.point_on_curve(i, curve.length * k / 16.0).point;
+        poll_();
+        for (int k = 0; k <= 2 * samples; ++k) {
+            const Vec3 p = reference_.point_on_curve(i, curve.length * k / (2.0 * samples)).point;
             const double way = std::abs(end.extreme - p.dot(wing_.slicer.normal()));
             nearest = std::min(nearest, way);
             farthest = std::max(farthest, way);
         }
-        if (nearest > in_plane_rel * wing_.span || farthest > 3.0 * near.thickness) continue;
+        if (nearest > in_plane_rel * wing_.span || farthest > longest_ridge_reach * near.thickness)
+            continue;
         double start = wing_.span, stop = wing_.span;
         for (const int tail : wing_.lines.tail) {
             start = std::min(start, reference_.nearest_on_curve(tail, curve.start).distance);
             stop = std::min(stop, reference_.nearest_on_curve(tail, curve.end).distance);
         }
         if (std::min(start, stop) > flat_rel * wing_.span ||
-            (curve.start - curve.end).norm() < 0.5 * near.chord)
+            (curve.start - curve.end).norm() < shortest_ridge * near.chord)
             continue;
         if (end.kind == EndKind::Ridge) {  // two of them are the border of a face
             end.kind = EndKind::Rounded;
@@ -75,28 +112,29 @@ void WingFinder::find_ridge(WingEnd& end, const WingSection& near) const {
         }
         end.kind = EndKind::Ridge;
         end.ridge = i;
-        end.from_tail = start < stop;
+        end.starts_at_tail = start < stop;
     }
 }
 
 bool WingFinder::place_ring(WingEnd& end) {
-    const double outer = end.extreme - end.outward * 0.1 * wing_.span;
+    const double outer = end.extreme - end.outward * beside_tip_rel * wing_.span;
     const auto whole = section_at(outer);
     if (!whole.section)
         return refuse(fmt::format("the section {} has {}", percent(outer), whole.why));
-    // Where a line of the model runs around the body near the end, the tip starts there. A
-    // ridge needs a ring where the tip has turned half of its way.
+    // Where a line of the model runs around the body near the end, the tip starts there.
     const bool ridge = end.kind == EndKind::Ridge;
-    const double thickness = whole.section->thickness, reach = ridge ? 0.0 : 1.5 * thickness;
+    const TipSearch& tip = ridge ? sharp_tip : rounded_tip;
+    const double thickness = whole.section->thickness,
+                 reach = ridge ? 0.0 : reach_of_tip * thickness;
     std::optional<double> best;
     for (const double height : lines_around())
         if (std::abs(end.extreme - height) < reach && std::abs(end.extreme - height) > 0.0)
             if (!best || std::abs(end.extreme - height) > std::abs(end.extreme - *best))
                 best = height;
-    for (double share = ridge ? 0.1 : 0.3; !best && share < 4.0; share *= ridge ? 1.1 : 1.25) {
+    for (double share = tip.first_share; !best && share < farthest_ring; share *= tip.growth) {
         const double height = end.extreme - end.outward * share * thickness;
         const auto section = section_at(height).section;
-        if (section && !section->faded && section->thickness > (ridge ? 0.6 : 0.85) * thickness)
+        if (section && !section->faded && section->thickness > tip.thick_enough * thickness)
             best = height;
     }
     if (!best) return refuse("no section is found where its tip begins");
@@ -119,7 +157,8 @@ std::vector<double> WingFinder::lines_around() const {
         if (high - low > in_plane_rel * wing_.span || !on_body(int(i))) continue;
         const double height = 0.5 * (low + high);
         const auto section = section_at(height).section;
-        if (section && curves[i].length > 0.3 * section->chord) heights.push_back(height);
+        if (section && curves[i].length > shortest_line_around * section->chord)
+            heights.push_back(height);
     }
     std::sort(heights.begin(), heights.end());
     return heights;
@@ -127,10 +166,11 @@ std::vector<double> WingFinder::lines_around() const {
 
 std::pair<double, double> WingFinder::range_of(int curve) const {
     const double length = reference_.features().curves[std::size_t(curve)].length;
-    double low = 1e300, high = -1e300;
-    for (int k = 0; k <= 8; ++k) {
-        const double height =
-            reference_.point_on_curve(curve, length * k / 8.0).point.dot(wing_.slicer.normal());
+    poll_();
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (int k = 0; k <= samples; ++k) {
+        const double height = reference_.point_on_curve(curve, length * k / double(samples))
+                                  .point.dot(wing_.slicer.normal());
         low = std::min(low, height);
         high = std::max(high, height);
     }
@@ -138,12 +178,12 @@ std::pair<double, double> WingFinder::range_of(int curve) const {
 }
 
 bool WingFinder::all_lines_known() {
-    constexpr double shortest_rel = 0.01, at_end_rel = 2e-3;
     const auto& curves = reference_.features().curves;
     for (int i = 0; i < int(curves.size()); ++i) {
         const geom::FeatureCurve& curve = curves[std::size_t(i)];
         if (curve.kind != geom::FeatureKind::Sharp || wing_.lines.tail.contains(i) ||
-            wing_.lines.nose.contains(i) || curve.length < shortest_rel * wing_.span || !on_body(i))
+            wing_.lines.nose.contains(i) || curve.length < shortest_sharp_rel * wing_.span ||
+            !on_body(i))
             continue;
         const auto [low, high] = range_of(i);
         bool known = high - low > in_plane_rel * wing_.span;  // crossed by sections, or a tip's
@@ -159,7 +199,7 @@ bool WingFinder::all_lines_known() {
 
 void WingFinder::find_span_of_lines() {
     for (const auto* curves : {&wing_.lines.tail, &wing_.lines.nose}) {
-        double low = 1e300, high = -1e300;
+        double low = std::numeric_limits<double>::infinity(), high = -low;
         for (const int curve : *curves) {
             const auto range = range_of(curve);
             low = std::min(low, range.first);

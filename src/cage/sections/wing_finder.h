@@ -14,13 +14,19 @@
 namespace patchwright::cage {
 
 // Fractions of the span.
-constexpr double flat_rel = 2e-4, inside_rel = 2e-5, in_plane_rel = 3e-3, apart_rel = 5e-3;
+inline constexpr double flat_rel = 2e-4;      ///< twice the triangles' deflection: lies at an end
+inline constexpr double inside_rel = 2e-5;    ///< sections at an end are taken this far inside
+inline constexpr double in_plane_rel = 3e-3;  ///< curves that span less run around the body
+inline constexpr double distinct_rel = 5e-3;  ///< rings nearer to each other are one
 
 class WingFinder {
   public:
-    WingFinder(const Body& body, const geom::ModelSurface& reference, const WingOptions& options,
-               const geom::Vec3& axis)
-        : reference_(reference), options_(options), wing_{.slicer = Slicer(body, axis)} {
+    WingFinder(const SurfaceBody& body, const geom::ModelSurface& reference,
+               const WingOptions& options, const geom::Vec3& axis, Poll& poll)
+        : reference_(reference),
+          options_(options),
+          poll_(poll),
+          wing_{.slicer = Slicer(body, axis)} {
         wing_.span = wing_.slicer.high() - wing_.slicer.low();
         wing_.ends[0].extreme = wing_.slicer.low();
         wing_.ends[1].extreme = wing_.slicer.high();
@@ -35,6 +41,7 @@ class WingFinder {
 
   private:
     using Height = double;
+    using SectionCuts = std::map<Height, std::vector<SectionLoop>>;
 
     [[nodiscard]] std::string percent(double height) const {
         return fmt::format("at {:.0f} % of the span",
@@ -49,10 +56,17 @@ class WingFinder {
     [[nodiscard]] const WingSection* known_near(double height) const;
 
     [[nodiscard]] SectionResult section_at(double height) const {
+        poll_();
         return wing_section(wing_.slicer.cut(height), wing_.lines, reference_, known_near(height));
     }
 
     bool is_wing();
+    /// Finds the curves of the trailing edge on most sections.
+    bool find_tail(SectionCuts& cuts);
+    /// Finds curves along the nose; a few sections with one are a flaw of the model.
+    void find_nose(const SectionCuts& cuts);
+    /// Every section has a trailing edge and a nose, of one kind all along.
+    bool all_are_sections(const SectionCuts& cuts);
 
     bool classify(WingEnd& end);
 
@@ -87,6 +101,7 @@ class WingFinder {
 
     const geom::ModelSurface& reference_;
     const WingOptions& options_;
+    Poll& poll_;
     Wing wing_;
     std::map<Height, WingSection> known_;
     std::vector<double> line_ends_;

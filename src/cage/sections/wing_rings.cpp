@@ -12,10 +12,33 @@ using geom::Vec3;
 
 namespace {
 
+// Where the points of a section are from the nose to the trailing edge, as shares of a side's
+// length: denser towards the nose, as the curvature of usual sections is.
+constexpr std::array<double, 7> usual_shares{1.0, 0.825, 0.565, 0.385, 0.21, 0.105, 0.035};
+// How far from the nose the points next to it lie, in nose radii: where a section has turned by
+// about 50 degrees. As shares of a side's length, which bound it: sharper noses would get quads too
+// narrow, blunter ones leave the next point of usual_shares.
+constexpr double beside_nose_radii = 0.9, nearest_to_nose = 0.003, farthest_from_nose = 0.02;
+// Of the span: points farther from a feature than this are not put onto it.
+constexpr double onto_feature_rel = 0.01;
+// Half of the share of a side between two points that tell its direction.
+constexpr double direction_share = 0.01;
+// A ring that a rounded tip gets beyond the last section: how far it goes from there to the end of
+// the body, and how wide it is in widths of that section.
+constexpr double tip_rise = 0.8, tip_width = 0.6;
+// At the trailing edge and the nose the way to the end starts this far from them, as a share of the
+// way to the next column.
+constexpr double inward_share = 0.2;
+// Halvings that find where the body ends: 24 leave 1e-7 of the way.
+constexpr int halvings = 24;
+// Sine of the slope from which on a wing is a fin: y then tells its upper side, not z.
+constexpr double upright = 0.3;
+
 class WingRings {
   public:
-    WingRings(const Wing& wing, const geom::ModelSurface& reference, const WingOptions& options)
-        : wing_(wing), reference_(reference), columns_(options.columns) {}
+    WingRings(const Wing& wing, const geom::ModelSurface& reference, const WingOptions& options,
+              Poll& poll)
+        : wing_(wing), reference_(reference), columns_(options.columns), poll_(poll) {}
 
     Blocks run() {
         share_columns();
@@ -38,8 +61,9 @@ class WingRings {
             radii.push_back(s.nose_radius / (0.5 * (s.length(0) + s.length(1))));
         std::nth_element(radii.begin(), radii.begin() + std::ptrdiff_t(radii.size() / 2),
                          radii.end());
-        const double nose = std::clamp(0.9 * radii[radii.size() / 2], 0.003, 0.02);
-        constexpr std::array<double, 7> usual{1.0, 0.825, 0.565, 0.385, 0.21, 0.105, 0.035};
+        const double nose = std::clamp(beside_nose_radii * radii[radii.size() / 2], nearest_to_nose,
+                                       farthest_from_nose);
+        const auto& usual = usual_shares;
         const int inner = columns_ - 1;
         for (int j = 0; j < inner; ++j) {
             const double x = double(j) / (inner - 1) * (usual.size() - 1);
@@ -63,13 +87,13 @@ class WingRings {
 
     [[nodiscard]] Vec3 on_feature(const Vec3& p, geom::FeatureKind kind) const {
         const auto feature = reference_.feature_point(p, kind);
-        return feature && feature->distance < 0.01 * wing_.span ? feature->point : p;
+        return feature && feature->distance < onto_feature_rel * wing_.span ? feature->point : p;
     }
 
     [[nodiscard]] Vec3 on_nose_line(const Vec3& p) const {
         geom::FeaturePoint best;
         best.point = p;
-        best.distance = 0.01 * wing_.span;
+        best.distance = onto_feature_rel * wing_.span;
         for (const int curve : wing_.lines.nose) {
             const auto on_curve = reference_.nearest_on_curve(curve, p);
             if (on_curve.distance < best.distance) best = on_curve;
@@ -79,6 +103,7 @@ class WingRings {
 
     void add_ring(const WingSection& section) {
         for (int j = 0; j < ring_size(); ++j) {
+            poll_();
             if (on_nose(j)) {
                 const Vec3 p = section.nose();
                 blocks_.points.push_back(section.nose_on_line ? on_nose_line(p) : p);
@@ -92,7 +117,8 @@ class WingRings {
                                                        : on_feature(p, geom::FeatureKind::Sharp));
                 continue;
             }
-            const Vec3 along = (section.at(side, share + 0.01) - section.at(side, share - 0.01)) *
+            const Vec3 along = (section.at(side, share + direction_share) -
+                                section.at(side, share - direction_share)) *
                                (side == 0 ? 1.0 : -1.0);
             const Vec3 outward = along.cross(wing_.slicer.normal()).normalized();
             blocks_.points.push_back(reference_.foot_point(p, outward).point);
@@ -135,7 +161,7 @@ class WingRings {
     /// How far the body goes on from a point inside, along the span.
     [[nodiscard]] double way_out(const Vec3& p, const Vec3& direction, double longest) const {
         double in = 0.0, out = longest;
-        for (int i = 0; i < 24; ++i) {
+        for (int i = 0; i < halvings; ++i) {
             const double middle = 0.5 * (in + out);
             (inside(p + middle * direction) ? in : out) = middle;
         }
@@ -146,7 +172,7 @@ class WingRings {
     [[nodiscard]] Vec3 ridge_point(const WingEnd& end, const Vec3& nose, double share) const {
         const double length = reference_.features().curves[std::size_t(end.ridge)].length;
         const double front = reference_.nearest_on_curve(end.ridge, nose).arc_length,
-                     tail = end.from_tail ? 0.0 : length;
+                     tail = end.starts_at_tail ? 0.0 : length;
         return reference_.point_on_curve(end.ridge, tail + share * (front - tail)).point;
     }
 
@@ -165,18 +191,20 @@ class WingRings {
 
     [[nodiscard]] Vec3 towards_tip(const WingEnd& end, int ring, int j,
                                    const Vec3& direction) const {
-        constexpr double up = 0.8, across_share = 0.6;
+        poll_();
         const Vec3 own = ring_point(ring, j), middle = 0.5 * (own + ring_point(ring, across(j)));
         // At the trailing edge the middle is on the surface, as on the nose: a little away from
         // there it is not.
         const int next = on_nose(j) || j > 1 ? j - 1 : 1;
         const bool at_border = is_tail(j) || on_nose(j);
-        const Vec3 within = at_border ? Vec3(0.8 * middle + 0.1 * ring_point(ring, next) +
-                                             0.1 * ring_point(ring, across(next)))
+        const Vec3 within = at_border ? Vec3((1.0 - inward_share) * middle +
+                                             0.5 * inward_share * ring_point(ring, next) +
+                                             0.5 * inward_share * ring_point(ring, across(next)))
                                       : middle;
-        const double longest = 1.2 * std::abs(end.extreme - end.ring);
-        const Vec3 rise = up * way_out(within, direction, longest) * direction;
-        const Vec3 p = middle + rise + across_share * (own - middle);
+        constexpr double past_the_end = 1.2;
+        const double longest = past_the_end * std::abs(end.extreme - end.ring);
+        const Vec3 rise = tip_rise * way_out(within, direction, longest) * direction;
+        const Vec3 p = middle + rise + tip_width * (own - middle);
         if (is_tail(j)) {
             const auto feature = reference_.feature_point(p, geom::FeatureKind::Sharp);
             return feature ? feature->point : p;
@@ -197,7 +225,8 @@ class WingRings {
         const auto id = [&](int ring, int j) { return ring * n + (j + n) % n; };
         const WingSection& middle = wing_.sections[wing_.sections.size() / 2];
         const Vec3 up = middle.at(1, 0.5) - middle.at(0, 0.5);
-        const bool upper_last = std::abs(up.z()) > 0.3 * up.norm() ? up.z() > 0.0 : up.y() > 0.0;
+        const bool upper_last =
+            std::abs(up.z()) > upright * up.norm() ? up.z() > 0.0 : up.y() > 0.0;
         const int first_section = wing_.ends[0].kind == EndKind::Rounded ? 1 : 0;
         for (int i = 0; i + 1 < rings; ++i) {
             for (int j = 0; j < n; ++j) {
@@ -296,6 +325,7 @@ class WingRings {
     const Wing& wing_;
     const geom::ModelSurface& reference_;
     int columns_;
+    Poll& poll_;
     std::vector<double> shares_;
     Blocks blocks_;
 };
@@ -313,8 +343,8 @@ const char* name_of(EndKind kind) {
 }  // namespace
 
 Blocks wing_blocks(const Wing& wing, const geom::ModelSurface& reference,
-                   const WingOptions& options) {
-    return WingRings(wing, reference, options).run();
+                   const WingOptions& options, Poll& poll) {
+    return WingRings(wing, reference, options, poll).run();
 }
 
 std::string describe(const Wing& wing, const WingOptions& options) {

@@ -1,5 +1,8 @@
 #include "cage/sections/wing_section.h"
 
+#include "geom/angle.h"
+#include "geom/polyline.h"
+
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -14,26 +17,42 @@ namespace {
 
 // Of the chord: two edges nearer than this are one blunt trailing edge.
 constexpr double widest_trailing_edge = 0.06;
-constexpr double widest_followed = 0.25;  // where its curves are known
-constexpr double thickest = 0.45;         // of the chord; thicker sections alone make no wing
+// Of the chord: as wide as a trailing edge may become where its curves are known, as at the root of
+// a blade.
+constexpr double widest_followed = 0.25;
+// Of the chord; usual sections are up to 0.24 thick, those near the root of a blade more. A body
+// with thicker ones only is no wing.
+constexpr double thickest = 0.45;
+// Between both sides of a trailing edge: 57 degrees, where usual ones have up to 20.
 constexpr double widest_wedge_rad = 1.0;
+// Of the way around: how far from a trailing edge the directions of both sides are taken.
+constexpr double wedge_reach = 0.05;
+// Added to the wedge's angle of a sharp edge, so that of two edges that make one blunt trailing
+// edge with parallel sides the pair is taken; 0.06 degrees.
+constexpr double prefers_pairs_rad = 1e-3;
 // Of the chord: sharp lines this near to the nose are the leading edge.
 constexpr double nose_zone = 0.04;
+// Of the chord: a line that crosses this near to the trailing edge is a flaw of its end.
 constexpr double across_tail = 1e-3;
+// Fewer points are a section of a few triangles only, which shows no form.
 constexpr int fewest_points = 8;
+// Where the thickness is measured, along both sides.
+constexpr int thickness_samples = 20;
+// Of the chord: half of the width that a sharp trailing edge gets when it is to be blunt.
+constexpr double half_width_opened = 5e-4;
 
 /// Crossings of sharp curves and of those given. Sides of triangles keep the curve of a whole edge,
 /// which may be sharp on a part of it only.
 std::vector<Crossing> crossings_of(const SectionLoop& loop, const geom::ModelSurface& reference,
                                    const std::set<int>& also = {}) {
-    constexpr double beside_rel = 2e-3;  // of the way around
-    const double beside = beside_rel * loop.length();
+    constexpr double on_curve_rel = 2e-3;  // of the way around; far more than the deflection
+    const double on_curve = on_curve_rel * loop.length();
     std::vector<Crossing> crossings;
     for (const Crossing& c : loop.crossings)
         if ((also.contains(c.curve) ||
              reference.features().curves[std::size_t(c.curve)].kind == geom::FeatureKind::Sharp) &&
             reference.nearest_on_curve(c.curve, loop.points[std::size_t(c.point)]).distance <
-                beside)
+                on_curve)
             crossings.push_back(c);
     return crossings;
 }
@@ -104,11 +123,39 @@ Tail tail_like(const SectionLoop& loop, const WingSection& like) {
     return tail;
 }
 
-/// The loop from one point on, all the way around.
-std::vector<Vec3> turned(const SectionLoop& loop, int first) {
-    std::vector<Vec3> points(loop.points);
-    std::rotate(points.begin(), points.begin() + first, points.end());
-    return points;
+/// Where the trailing edge of a section is that one or two of its curves cross.
+Tail tail_at(const SectionLoop& loop, const std::vector<int>& edges) {
+    Tail tail{edges.front(), edges.back()};
+    if (way_between(loop, tail.first, tail.last) > way_between(loop, tail.last, tail.first))
+        std::swap(tail.first, tail.last);
+    return tail;
+}
+
+/// From the trailing edge all the way around to it.
+std::vector<Vec3> without_tail(const SectionLoop& loop, const Tail& tail) {
+    const int count = int(loop.points.size());
+    std::vector<Vec3> around(loop.points);
+    std::rotate(around.begin(), around.begin() + tail.last, around.end());
+    if (tail.first != tail.last) {
+        around.resize(std::size_t((tail.first - tail.last + count) % count + 1));
+    } else {
+        around.push_back(around.front());
+    }
+    return around;
+}
+
+/// Thickness and nose radius.
+void measure_form(WingSection& section, const geom::ModelSurface& reference) {
+    for (int i = 1; i < thickness_samples; ++i) {
+        const double share = i / double(thickness_samples);
+        section.thickness =
+            std::max(section.thickness, (section.at(0, share) - section.at(1, share)).norm());
+    }
+    const Vec3 forward = (section.nose() - section.trailing_edge()).normalized();
+    const auto curvature = reference.curvature(reference.foot_point(section.nose(), forward));
+    const double bend =
+        curvature ? std::max(std::abs(curvature->value[0]), std::abs(curvature->value[1])) : 0.0;
+    section.nose_radius = bend > 0.0 ? 1.0 / bend : section.thickness;
 }
 
 bool is_one_loop(const std::vector<SectionLoop>& loops) {
@@ -127,9 +174,8 @@ std::vector<int> points_of(const std::vector<Crossing>& crossings, const std::se
 bool WingSection::thin() const { return thickness < thickest * chord; }
 
 void WingSection::open_tail() {
-    constexpr double half_width = 5e-4;
     for (const int side : {0, 1}) {
-        const double share = half_width * chord / length(side);
+        const double share = half_width_opened * chord / length(side);
         const Vec3 first = at(side, share);
         auto& points = sides[std::size_t(side)];
         if (side == 1) std::reverse(points.begin(), points.end());
@@ -141,22 +187,10 @@ void WingSection::open_tail() {
     blunt = true;
 }
 
-double WingSection::length(int side) const {
-    const auto& s = sides[std::size_t(side)];
-    double sum = 0.0;
-    for (std::size_t i = 1; i < s.size(); ++i) sum += (s[i] - s[i - 1]).norm();
-    return sum;
-}
+double WingSection::length(int side) const { return geom::length_of(sides[std::size_t(side)]); }
 
 Vec3 WingSection::at(int side, double share) const {
-    const auto& s = sides[std::size_t(side)];
-    double left = (side == 0 ? share : 1.0 - share) * length(side);
-    for (std::size_t i = 1; i < s.size(); ++i) {
-        const double step = (s[i] - s[i - 1]).norm();
-        if (left <= step && step > 0.0) return s[i - 1] + left / step * (s[i] - s[i - 1]);
-        left -= step;
-    }
-    return s.back();
+    return geom::point_along(sides[std::size_t(side)], side == 0 ? share : 1.0 - share);
 }
 
 std::optional<std::array<int, 2>> tail_curves(const std::vector<SectionLoop>& loops,
@@ -175,10 +209,10 @@ std::optional<std::array<int, 2>> tail_curves(const std::vector<SectionLoop>& lo
             // Half of the way around is about the chord.
             if (!same && (pa - pb).norm() > 0.5 * widest_trailing_edge * length) continue;
             if (!same && way_between(loop, a.point, b.point) > 2.0 * (pa - pb).norm()) continue;
-            const Vec3 before = walk(loop, a.point, 0.05 * length, -1) - pa;
-            const Vec3 after = walk(loop, b.point, 0.05 * length, 1) - pb;
+            const Vec3 before = walk(loop, a.point, wedge_reach * length, -1) - pa;
+            const Vec3 after = walk(loop, b.point, wedge_reach * length, 1) - pb;
             const double angle =
-                std::atan2(before.cross(after).norm(), before.dot(after)) + (same ? 1e-3 : 0.0);
+                geom::angle_between(before, after) + (same ? prefers_pairs_rad : 0.0);
             if (angle >= least) continue;
             least = angle;
             curves = {a.curve, b.curve};
@@ -216,25 +250,12 @@ SectionResult wing_section(const std::vector<SectionLoop>& loops, const WingLine
     std::sort(edges.begin(), edges.end());
     edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
     if (edges.size() > 2) return {{}, fmt::format("a trailing edge of {} lines", edges.size())};
+    if (edges.empty() && like == nullptr) return {{}, "no trailing edge"};
     WingSection section;
-    Tail tail{0, 0};
-    if (edges.empty()) {
-        if (like == nullptr) return {{}, "no trailing edge"};
-        section.faded = true;
-        tail = tail_like(loop, *like);
-    } else {
-        tail = {edges.front(), edges.back()};
-        if (way_between(loop, tail.first, tail.last) > way_between(loop, tail.last, tail.first))
-            std::swap(tail.first, tail.last);
-    }
+    section.faded = edges.empty();
+    const Tail tail = section.faded ? tail_like(loop, *like) : tail_at(loop, edges);
     section.blunt = tail.first != tail.last;
-    const int count = int(loop.points.size());
-    std::vector<Vec3> around = turned(loop, tail.last);
-    if (section.blunt) {
-        around.resize(std::size_t((tail.first - tail.last + count) % count + 1));
-    } else {
-        around.push_back(around.front());
-    }
+    const std::vector<Vec3> around = without_tail(loop, tail);
     const Vec3 end = 0.5 * (around.front() + around.back());
     std::size_t nose = 0;
     for (std::size_t i = 0; i < around.size(); ++i)
@@ -252,6 +273,7 @@ SectionResult wing_section(const std::vector<SectionLoop>& loops, const WingLine
                                 100.0 * (p - end).norm() / section.chord)};
         if (lines.nose.contains(c.curve)) {
             section.nose_on_line = true;
+            const int count = int(loop.points.size());
             nose = std::size_t((c.point - tail.last + count) % count);
         }
     }
@@ -261,14 +283,7 @@ SectionResult wing_section(const std::vector<SectionLoop>& loops, const WingLine
     section.center = center_of(loop);
     if (section.blunt && (around.front() - around.back()).norm() > widest_followed * section.chord)
         return {{}, "a trailing edge wider than a quarter of the chord"};
-    for (int i = 1; i < 20; ++i)
-        section.thickness =
-            std::max(section.thickness, (section.at(0, i / 20.0) - section.at(1, i / 20.0)).norm());
-    const Vec3 forward = (around[nose] - end).normalized();
-    const auto curvature = reference.curvature(reference.foot_point(around[nose], forward));
-    const double bend =
-        curvature ? std::max(std::abs(curvature->value[0]), std::abs(curvature->value[1])) : 0.0;
-    section.nose_radius = bend > 0.0 ? 1.0 / bend : section.thickness;
+    measure_form(section, reference);
     return {section, ""};
 }
 

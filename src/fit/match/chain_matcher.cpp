@@ -5,7 +5,10 @@
 
 namespace patchwright::fit {
 
+using geom::distance_to;
 using geom::FeatureKind;
+using geom::length_of;
+using geom::part_of;
 using geom::Vec3;
 
 namespace {

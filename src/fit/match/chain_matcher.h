@@ -2,7 +2,7 @@
 #pragma once
 
 #include "fit/match/feature_match.h"
-#include "fit/match/polyline.h"
+#include "geom/polyline.h"
 
 #include <patchwright/geom/curve_ends.h>
 
@@ -13,6 +13,8 @@
 #include <vector>
 
 namespace patchwright::fit {
+
+using geom::Polyline;
 
 /// In parts of the reference's diagonal: points closer to each other coincide. Above the rounding
 /// of CAD files, below any feature.

@@ -8,6 +8,8 @@
 namespace patchwright::fit {
 
 using geom::Features;
+using geom::length_of;
+using geom::point_along;
 using geom::Points;
 using geom::Vec3;
 using mesh::VertexId;

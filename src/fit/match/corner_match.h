@@ -1,7 +1,7 @@
 // Which corners of the reference the corners of a cage belong to.
 #pragma once
 
-#include "fit/match/polyline.h"
+#include "geom/polyline.h"
 
 #include <patchwright/geom/reference_surface.h>
 #include <patchwright/mesh/topology.h>
@@ -10,6 +10,8 @@
 #include <vector>
 
 namespace patchwright::fit {
+
+using geom::Polyline;
 
 /// The end of a chain of sharp edges at a vertex, as points from there on.
 struct ChainEnd {

@@ -18,7 +18,9 @@ namespace {
 
 using geom::FeatureKind;
 using geom::Features;
+using geom::length_of;
 using geom::Points;
+using geom::thinned;
 using geom::Vec3;
 using mesh::VertexId;
 

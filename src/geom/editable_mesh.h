@@ -1,4 +1,5 @@
-// A triangle mesh that changes: collapses, splits and flips that keep features and stay manifold.
+// The editable view of a SurfaceMesh: collapses, splits and flips that keep features and stay
+// manifold.
 #pragma once
 
 #include <patchwright/geom/surface_mesh.h>
@@ -7,7 +8,7 @@
 #include <array>
 #include <vector>
 
-namespace patchwright::cage {
+namespace patchwright::geom {
 
 enum class VertexKind {
     Smooth,
@@ -21,9 +22,9 @@ struct EdgeSides {
     std::array<int, 2> side{-1, -1};  ///< number of the edge in each triangle
 };
 
-class TriMesh {
+class EditableMesh {
   public:
-    explicit TriMesh(const geom::SurfaceMesh& mesh);
+    explicit EditableMesh(const SurfaceMesh& mesh);
 
     [[nodiscard]] int vertex_count() const { return int(points_.size()); }
     [[nodiscard]] int triangle_count() const { return int(triangles_.size()); }
@@ -35,8 +36,8 @@ class TriMesh {
     /// Feature curve under side k (from corner k to the next); -1: none.
     [[nodiscard]] int curve(int t, int k) const { return curves_[std::size_t(t)][std::size_t(k)]; }
     [[nodiscard]] int face(int t) const { return faces_[std::size_t(t)]; }
-    [[nodiscard]] const geom::Vec3& point(int v) const { return points_[std::size_t(v)]; }
-    void move(int v, const geom::Vec3& p) { points_[std::size_t(v)] = p; }
+    [[nodiscard]] const Vec3& point(int v) const { return points_[std::size_t(v)]; }
+    void move(int v, const Vec3& p) { points_[std::size_t(v)] = p; }
     [[nodiscard]] int corner(int v) const { return corners_[std::size_t(v)]; }
     [[nodiscard]] const std::vector<int>& fan(int v) const { return fans_[std::size_t(v)]; }
     [[nodiscard]] std::vector<int> neighbours(int v) const;
@@ -50,9 +51,13 @@ class TriMesh {
     [[nodiscard]] bool is_feature(int a, int b) const;
     [[nodiscard]] bool is_boundary(int v) const;
 
+    /// Number of the corner that a triangle has at one of its vertices.
+    [[nodiscard]] int corner_of(int t, int v) const;
+    /// Angle at corner k of a triangle, radians.
+    [[nodiscard]] double corner_angle(int t, int k) const;
     /// Twice the area, along the normal.
-    [[nodiscard]] geom::Vec3 area_vector(int t) const;
-    [[nodiscard]] geom::Vec3 vertex_normal(int v) const;
+    [[nodiscard]] Vec3 area_vector(int t) const;
+    [[nodiscard]] Vec3 vertex_normal(int v) const;
 
     /// Whether `gone` may be merged into `kept` without harm to topology and features.
     [[nodiscard]] bool can_collapse(int gone, int kept) const;
@@ -61,7 +66,7 @@ class TriMesh {
     [[nodiscard]] bool collapse_is_flat(int gone, int kept, double least_cosine) const;
     void collapse(int gone, int kept);
     /// Returns the new vertex.
-    int split(int a, int b, const geom::Vec3& at);
+    int split(int a, int b, const Vec3& at);
     [[nodiscard]] bool can_flip(int a, int b) const;
     void flip(int a, int b);
 
@@ -69,7 +74,7 @@ class TriMesh {
     void replace(int t, int from, int to);
     void detach(int v, int t);
 
-    std::vector<geom::Vec3> points_;
+    std::vector<Vec3> points_;
     std::vector<std::array<int, 3>> triangles_;
     std::vector<std::array<int, 3>> curves_;
     std::vector<int> faces_;
@@ -78,6 +83,6 @@ class TriMesh {
 };
 
 /// Least height of a triangle over its longest side: 0.87 at best, 0 without area.
-double shape_quality(const geom::Vec3& a, const geom::Vec3& b, const geom::Vec3& c);
+double shape_quality(const Vec3& a, const Vec3& b, const Vec3& c);
 
-}  // namespace patchwright::cage
+}  // namespace patchwright::geom

@@ -1,16 +1,16 @@
-#include "cage/remesh/tri_mesh.h"
+#include "geom/editable_mesh.h"
 
 #include <catch2/catch.hpp>
 
 #include <set>
 
-namespace patchwright::cage {
+namespace patchwright::geom {
 namespace {
 
 /// A flat 4 x 4 grid of squares, two triangles each; its border is a feature with corners.
-geom::SurfaceMesh flat_grid() {
+SurfaceMesh flat_grid() {
     constexpr int n = 4;
-    geom::SurfaceMesh mesh;
+    SurfaceMesh mesh;
     mesh.points.resize((n + 1) * (n + 1), 3);
     for (int i = 0; i <= n; ++i)
         for (int j = 0; j <= n; ++j) mesh.points.row(i * (n + 1) + j) << i, j, 0.0;
@@ -32,7 +32,7 @@ geom::SurfaceMesh flat_grid() {
     return mesh;
 }
 
-double area(const TriMesh& mesh) {
+double area(const EditableMesh& mesh) {
     double sum = 0.0;
     for (int t = 0; t < mesh.triangle_count(); ++t)
         if (mesh.alive(t)) sum += 0.5 * mesh.area_vector(t).z();
@@ -40,7 +40,7 @@ double area(const TriMesh& mesh) {
 }
 
 /// Length of the feature sides, each once.
-double feature_length(const TriMesh& mesh) {
+double feature_length(const EditableMesh& mesh) {
     std::set<std::pair<int, int>> sides;
     double sum = 0.0;
     for (int t = 0; t < mesh.triangle_count(); ++t) {
@@ -55,7 +55,7 @@ double feature_length(const TriMesh& mesh) {
 }
 
 TEST_CASE("vertices know their features", "[layout]") {
-    const TriMesh mesh(flat_grid());
+    const EditableMesh mesh(flat_grid());
     CHECK(mesh.kind(12) == VertexKind::Smooth);
     CHECK(mesh.kind(2) == VertexKind::Curve);
     CHECK(mesh.curve_at(2) == 0);
@@ -66,7 +66,7 @@ TEST_CASE("vertices know their features", "[layout]") {
 }
 
 TEST_CASE("collapses keep area, features and corners", "[layout]") {
-    TriMesh mesh(flat_grid());
+    EditableMesh mesh(flat_grid());
     CHECK_FALSE(mesh.can_collapse(0, 1));    // a corner stays
     CHECK_FALSE(mesh.can_collapse(2, 7));    // a curve's vertex goes along its curve only
     CHECK_FALSE(mesh.can_collapse(12, 24));  // no edge
@@ -84,7 +84,7 @@ TEST_CASE("collapses keep area, features and corners", "[layout]") {
 }
 
 TEST_CASE("splits and flips keep area and features", "[layout]") {
-    TriMesh mesh(flat_grid());
+    EditableMesh mesh(flat_grid());
     const int inner = mesh.split(6, 12, {1.5, 1.5, 0.0});
     CHECK(mesh.kind(inner) == VertexKind::Smooth);
     CHECK(mesh.fan(inner).size() == 4);
@@ -101,4 +101,4 @@ TEST_CASE("splits and flips keep area and features", "[layout]") {
 }
 
 }  // namespace
-}  // namespace patchwright::cage
+}  // namespace patchwright::geom

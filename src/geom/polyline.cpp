@@ -1,16 +1,21 @@
-#include "fit/match/polyline.h"
+#include "geom/polyline.h"
 
 #include <algorithm>
 #include <limits>
 
-namespace patchwright::fit {
-
-using geom::Vec3;
+namespace patchwright::geom {
 
 double length_of(const Polyline& line) {
     double length = 0.0;
     for (std::size_t i = 1; i < line.size(); ++i) length += (line[i] - line[i - 1]).norm();
     return length;
+}
+
+std::vector<double> arc_lengths(const Polyline& line) {
+    std::vector<double> lengths{0.0};
+    for (std::size_t i = 1; i < line.size(); ++i)
+        lengths.push_back(lengths.back() + (line[i] - line[i - 1]).norm());
+    return lengths;
 }
 
 Vec3 point_along(const Polyline& line, double share) {
@@ -62,4 +67,4 @@ double distance_to(const Polyline& line, const Vec3& q) {
     return best;
 }
 
-}  // namespace patchwright::fit
+}  // namespace patchwright::geom

@@ -1,14 +1,18 @@
-#include "cage/remesh/tri_mesh.h"
+#include "geom/editable_mesh.h"
+
+#include "geom/angle.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
 
-namespace patchwright::cage {
-
-using geom::Vec3;
+namespace patchwright::geom {
 
 namespace {
+
+// Triangles with a smaller shape_quality() are needles, whose normals are not to be trusted: no
+// collapse makes one worse. 0.08 is an angle of 5 degrees.
+constexpr double needle_quality = 0.08;
 
 std::size_t at(int i) { return std::size_t(i); }
 
@@ -24,21 +28,21 @@ double shape_quality(const Vec3& a, const Vec3& b, const Vec3& c) {
     return longest > 0.0 ? (b - a).cross(c - a).norm() / longest : 0.0;
 }
 
-TriMesh::TriMesh(const geom::SurfaceMesh& mesh)
+EditableMesh::EditableMesh(const SurfaceMesh& mesh)
     : triangles_(mesh.triangles), faces_(mesh.faces), corners_(mesh.corners) {
     for (Eigen::Index i = 0; i < mesh.points.rows(); ++i) points_.push_back(mesh.points.row(i));
     fans_.resize(points_.size());
     for (std::size_t t = 0; t < triangles_.size(); ++t)
         for (const int v : triangles_[t]) fans_[at(v)].push_back(int(t));
     curves_.assign(triangles_.size(), {-1, -1, -1});
-    for (const geom::FeatureSide& f : mesh.features) {
+    for (const FeatureSide& f : mesh.features) {
         const EdgeSides s = sides(f.v0, f.v1);
         for (std::size_t i = 0; i < 2; ++i)
             if (s.triangle[i] >= 0) curves_[at(s.triangle[i])][at(s.side[i])] = f.curve;
     }
 }
 
-std::vector<int> TriMesh::neighbours(int v) const {
+std::vector<int> EditableMesh::neighbours(int v) const {
     // Sorted, as fans of a thousand triangles occur in what the kernel makes of cones and strips.
     std::vector<int> result;
     result.reserve(2 * fans_[at(v)].size());
@@ -50,7 +54,7 @@ std::vector<int> TriMesh::neighbours(int v) const {
     return result;
 }
 
-std::vector<int> TriMesh::feature_neighbours(int v) const {
+std::vector<int> EditableMesh::feature_neighbours(int v) const {
     std::vector<int> result;
     const auto add = [&](int w) {
         if (std::find(result.begin(), result.end(), w) == result.end()) result.push_back(w);
@@ -64,13 +68,13 @@ std::vector<int> TriMesh::feature_neighbours(int v) const {
     return result;
 }
 
-VertexKind TriMesh::kind(int v) const {
+VertexKind EditableMesh::kind(int v) const {
     const std::size_t count = feature_neighbours(v).size();
     if (corners_[at(v)] >= 0) return VertexKind::Fixed;
     return count == 0 ? VertexKind::Smooth : count == 2 ? VertexKind::Curve : VertexKind::Fixed;
 }
 
-int TriMesh::curve_at(int v) const {
+int EditableMesh::curve_at(int v) const {
     for (const int t : fans_[at(v)]) {
         const int k = position(triangles_[at(t)], v);
         if (curve(t, k) >= 0) return curve(t, k);
@@ -79,7 +83,7 @@ int TriMesh::curve_at(int v) const {
     return -1;
 }
 
-EdgeSides TriMesh::sides(int a, int b) const {
+EdgeSides EditableMesh::sides(int a, int b) const {
     EdgeSides result;
     std::size_t found = 0;
     for (const int t : fans_[at(a)]) {
@@ -93,12 +97,12 @@ EdgeSides TriMesh::sides(int a, int b) const {
     return result;
 }
 
-bool TriMesh::is_feature(int a, int b) const {
+bool EditableMesh::is_feature(int a, int b) const {
     const EdgeSides s = sides(a, b);
     return s.triangle[0] >= 0 && curve(s.triangle[0], s.side[0]) >= 0;
 }
 
-bool TriMesh::is_boundary(int v) const {
+bool EditableMesh::is_boundary(int v) const {
     // Neighbours are met twice in a closed fan, the first and the last one of an open fan once.
     int odd = 0;
     for (const int t : fans_[at(v)])
@@ -107,18 +111,26 @@ bool TriMesh::is_boundary(int v) const {
     return odd != 0;
 }
 
-Vec3 TriMesh::area_vector(int t) const {
+int EditableMesh::corner_of(int t, int v) const { return position(triangles_[at(t)], v); }
+
+double EditableMesh::corner_angle(int t, int k) const {
+    const auto& c = triangles_[at(t)];
+    const Vec3& p = points_[at(c[at(k)])];
+    return angle_between(points_[at(c[at((k + 1) % 3)])] - p, points_[at(c[at((k + 2) % 3)])] - p);
+}
+
+Vec3 EditableMesh::area_vector(int t) const {
     const auto& [a, b, c] = triangles_[at(t)];
     return (points_[at(b)] - points_[at(a)]).cross(points_[at(c)] - points_[at(a)]);
 }
 
-Vec3 TriMesh::vertex_normal(int v) const {
+Vec3 EditableMesh::vertex_normal(int v) const {
     Vec3 sum = Vec3::Zero();
     for (const int t : fans_[at(v)]) sum += area_vector(t);
     return sum.normalized();
 }
 
-bool TriMesh::can_collapse(int gone, int kept) const {
+bool EditableMesh::can_collapse(int gone, int kept) const {
     const EdgeSides s = sides(gone, kept);
     if (s.triangle[0] < 0) return false;
     const VertexKind kind_gone = kind(gone);
@@ -144,7 +156,7 @@ bool TriMesh::can_collapse(int gone, int kept) const {
     return fans_[at(gone)].size() + fans_[at(kept)].size() > (boundary_edge ? 3u : 6u);
 }
 
-bool TriMesh::collapse_is_flat(int gone, int kept, double least_cosine) const {
+bool EditableMesh::collapse_is_flat(int gone, int kept, double least_cosine) const {
     const EdgeSides s = sides(gone, kept);
     for (const int t : fans_[at(gone)]) {
         if (t == s.triangle[0] || t == s.triangle[1]) continue;
@@ -157,21 +169,22 @@ bool TriMesh::collapse_is_flat(int gone, int kept, double least_cosine) const {
         const Vec3 before = (old[1] - old[0]).cross(old[2] - old[0]);
         const Vec3 after = (p[1] - p[0]).cross(p[2] - p[0]);
         const double quality = shape_quality(p[0], p[1], p[2]);
-        if (quality < 0.08 && quality < shape_quality(old[0], old[1], old[2])) return false;
+        if (quality < needle_quality && quality < shape_quality(old[0], old[1], old[2]))
+            return false;
         if (after.dot(before) <= least_cosine * after.norm() * before.norm()) return false;
     }
     return true;
 }
 
-void TriMesh::detach(int v, int t) { std::erase(fans_[at(v)], t); }
+void EditableMesh::detach(int v, int t) { std::erase(fans_[at(v)], t); }
 
-void TriMesh::replace(int t, int from, int to) {
+void EditableMesh::replace(int t, int from, int to) {
     triangles_[at(t)][at(position(triangles_[at(t)], from))] = to;
     detach(from, t);
     fans_[at(to)].push_back(t);
 }
 
-void TriMesh::collapse(int gone, int kept) {
+void EditableMesh::collapse(int gone, int kept) {
     const EdgeSides s = sides(gone, kept);
     for (std::size_t i = 0; i < 2; ++i) {
         const int t = s.triangle[i];
@@ -195,7 +208,7 @@ void TriMesh::collapse(int gone, int kept) {
     for (const int t : moved) replace(t, gone, kept);
 }
 
-int TriMesh::split(int a, int b, const Vec3& where) {
+int EditableMesh::split(int a, int b, const Vec3& where) {
     const EdgeSides s = sides(a, b);
     const int middle = vertex_count();
     points_.push_back(where);
@@ -223,7 +236,7 @@ int TriMesh::split(int a, int b, const Vec3& where) {
     return middle;
 }
 
-bool TriMesh::can_flip(int a, int b) const {
+bool EditableMesh::can_flip(int a, int b) const {
     const EdgeSides s = sides(a, b);
     if (s.triangle[1] < 0 || curve(s.triangle[0], s.side[0]) >= 0) return false;
     const int c = triangles_[at(s.triangle[0])][at((s.side[0] + 2) % 3)];
@@ -233,7 +246,7 @@ bool TriMesh::can_flip(int a, int b) const {
            fans_[at(b)].size() > (is_boundary(b) ? 1u : 3u);
 }
 
-void TriMesh::flip(int a, int b) {
+void EditableMesh::flip(int a, int b) {
     const EdgeSides s = sides(a, b);
     const int t = s.triangle[0], u = s.triangle[1];
     const auto k = at(s.side[0]), l = at(s.side[1]);
@@ -251,4 +264,4 @@ void TriMesh::flip(int a, int b) {
     fans_[at(c)].push_back(u);
 }
 
-}  // namespace patchwright::cage
+}  // namespace patchwright::geom
