@@ -24,7 +24,7 @@ std::size_t at(int i) { return std::size_t(i); }
 constexpr double most_inward = 1.95;
 // Share of such a side's turn from either end within which that line does not begin: it would still
 // bend too much beyond.
-constexpr double from_end = 0.25;
+constexpr double inner_turn = 0.25;
 // Border points from which cuts are tried, by border: one in so many that there are about these.
 constexpr int most_sources = 32;
 // An end of a cut costs the square of its angle's error in these units (34 degrees), and so much at
@@ -255,7 +255,7 @@ class CutSearch {
                 const int i = (side->first + k) % n;
                 turn += M_PI - border[at(i)].angle;
                 const double share = turn / side->turn;
-                if (share > from_end && share < 1.0 - from_end) result.push_back(i);
+                if (share > inner_turn && share < 1.0 - inner_turn) result.push_back(i);
             }
             if (!result.empty()) return result;
         }
