@@ -76,25 +76,17 @@ std::optional<Plan> finer_remeshed(const Attempt& last, const ConvertOptions& op
     plan.cage.method = cage::Method::Remesh;
     const auto places = places_that_miss(last, options, diagonal);
     if (places.empty()) return std::nullopt;
-    auto& balls = plan.cage.finer_at;
-    const int round = balls.empty() ? 0 : balls.back().round + 1;
+    cage::FinerRegion& region = plan.cage.finer_at.emplace_back();
     for (const geom::Vec3& place : places)
-        balls.push_back({place, ball_radius_rel * diagonal, round});
+        region.balls.push_back({place, ball_radius_rel * diagonal});
     return plan;
-}
-
-bool same_places(const std::vector<cage::CageOptions::Place>& a,
-                 const std::vector<cage::CageOptions::Place>& b) {
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& p, const auto& q) {
-        return p.point == q.point && p.radius == q.radius && p.round == q.round;
-    });
 }
 
 }  // namespace
 
 bool Plan::same_cage(const Plan& other) const {
     return given == other.given && cage.method == other.cage.method &&
-           cage.fineness == other.cage.fineness && same_places(cage.finer_at, other.cage.finer_at);
+           cage.fineness == other.cage.fineness && cage.finer_at == other.cage.finer_at;
 }
 
 std::optional<Plan> choose_next(const std::vector<Attempt>& attempts, const ConvertOptions& options,
@@ -102,7 +94,7 @@ std::optional<Plan> choose_next(const std::vector<Attempt>& attempts, const Conv
     if (attempts.empty()) {
         Plan first{.given = options.cage.has_value()};
         first.cage.method = options.method;
-        first.cage.target_faces = options.target_faces.value_or(0);
+        first.cage.target_faces = options.target_faces;
         first.cage.tolerance_rel = options.tolerance_mm / diagonal;
         return first;
     }

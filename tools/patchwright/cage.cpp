@@ -24,7 +24,7 @@ int make_cage_file(const CageCommandOptions& options) {
     const double diagonal = source.input.diagonal;
     const cage::CageResult made = cage::make_cage(
         source.surface(), {.method = options.cage.method,
-                           .target_faces = options.cage.target_faces.value_or(0),
+                           .target_faces = options.cage.target_faces,
                            .tolerance_rel = length_mm(options.tolerance, diagonal) / diagonal,
                            .progress = run.progress()});
     for (const std::string& text : made.notices) run.notice(text);

@@ -23,9 +23,11 @@ struct FinerRegion {
     struct Ball {
         geom::Vec3 centre = geom::Vec3::Zero();
         double radius_mm = 0.0;
+        bool operator==(const Ball&) const = default;
     };
     std::vector<Ball> balls;
     double edge_length_factor = 0.5;  ///< > 0: of lengths that curvature asks for
+    bool operator==(const FinerRegion&) const = default;
 };
 
 struct CageOptions {
