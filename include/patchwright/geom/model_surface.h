@@ -72,7 +72,7 @@ class ModelSurface : public ReferenceSurface {
     [[nodiscard]] std::vector<CurveSample> sample_curves(FeatureKind kind, double spacing_mm) const;
 };
 
-/// Faces of a model that hang together, as a surface of their own. Where bodies overlap or touch,
+/// Connected faces of a model, as a surface of their own. Where bodies overlap or touch,
 /// the nearest point among all of them may lie on the wrong one.
 struct BodyReference {
     std::vector<int> faces;  ///< of the model

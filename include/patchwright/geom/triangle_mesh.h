@@ -21,9 +21,9 @@ struct MeshRepair {
     int welded = 0;      ///< points that were others'
     int degenerate = 0;  ///< triangles with two equal points that were left out
     int duplicates = 0;  ///< triangles that were left out as another one has the same points
-    int turned = 0;      ///< triangles whose points were put the other way round
+    int turned = 0;      ///< triangles whose orientation was reversed
     int free_sides = 0;  ///< sides with one triangle only
-    int bodies = 0;      ///< that hang together by sides
+    int bodies = 0;      ///< components connected by sides
     int closed_bodies = 0;
     int hollows = 0;  ///< of the closed ones: inside of others, facing inward
 };

@@ -58,7 +58,7 @@ class Builder {
         pieces_.cut(piece, cut.path, cut.start, cut.end, held);
         std::vector<int> seeds{mesh_.sides(a, b).triangle[0]};
         const CutPiece one = pieces_.piece(seeds[0]);
-        // Splits of bridges may have put other triangles beside the path.
+        // Splits of bridges may have put other triangles next to the path.
         for (const int t : mesh_.sides(a, b).triangle) {
             if (std::binary_search(one.triangles.begin(), one.triangles.end(), t)) continue;
             seeds.push_back(t);

@@ -72,7 +72,7 @@ class CrestSearch {
         return mesh_.mesh().point(piece_.vertices[at(i)]);
     }
 
-    /// Border points beside a strip in runs that follow each other; nothing but when there are two.
+    /// Border points next to a strip, as runs of consecutive points.
     struct ContactRun {
         std::vector<int> points;
         double length = 0.0;
@@ -112,7 +112,7 @@ class CrestSearch {
         return runs;
     }
 
-    /// The point of a run beside which the strip is bent most tightly.
+    /// The point of a run next to which the strip is bent most tightly.
     [[nodiscard]] int sharpest(const ContactRun& run) const {
         int best = -1;
         double most = 0.0;

@@ -39,7 +39,7 @@ constexpr int tries = 20;
 // Strips that are added at most, besides those that must be: for each arc, and for small layouts.
 constexpr int rounds_per_arc = 20, fewest_rounds = 100;
 // Costs, in edges that an arc has too many: a valence-3 insertion is as bad as a dozen, a further
-// strip around the same corner hardly matters; a strip where edges are missing must still be short.
+// strip around the same corner costs little; a strip where edges are missing must still be short.
 constexpr double first_insertion = 12.0, further_insertion = 0.5, least_cost = 0.02;
 // Of each arc that a strip crosses, so that short ways are taken.
 constexpr double cost_of_arc = 0.5;

@@ -26,7 +26,7 @@ using Border = std::vector<BorderPoint>;
 /// Number of a border's first corner; -1: it has none.
 int first_corner(const Border& border);
 
-/// Triangles between walls, as a graph whose points tell both sides of a wall apart.
+/// Triangles between walls, as a graph with separate points on both sides of a wall.
 struct CutPiece {
     std::vector<int> triangles;
     std::vector<Border> borders;

@@ -260,7 +260,7 @@ class Remeshing {
         }
     }
 
-    /// A triangle alone on its side of a smooth curve gets a second one beside it: with one face
+    /// A triangle alone on its side of a smooth curve gets a second one next to it: with one face
     /// there the limit surface would have no tangent plane.
     void open_ears() {
         const int count = mesh_.triangle_count();

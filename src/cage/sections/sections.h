@@ -7,7 +7,7 @@
 
 namespace patchwright::cage {
 
-/// Triangles that hang together, of a mesh that may have more.
+/// One connected component of a triangle mesh.
 struct SurfaceBody {
     const geom::SurfaceMesh* mesh = nullptr;
     std::vector<int> triangles;

@@ -36,7 +36,7 @@ constexpr double shortest_sharp_rel = 0.01;
 constexpr double at_end_rel = 2e-3;
 
 /// How the beginning of a tip is looked for: at growing shares of the thickness from the end, until
-/// a section is nearly as thick as those farther in. A ridge needs a ring where the tip has turned
+/// a section is about as thick as those farther in. A ridge needs a ring where the tip has turned
 /// half of its way, a rounded tip one where it starts to turn.
 struct TipSearch {
     double first_share, growth, thick_enough;
