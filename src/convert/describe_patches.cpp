@@ -1,6 +1,7 @@
 #include "convert/describe_patches.h"
 
 #include <patchwright/base/error.h>
+#include <patchwright/measure/deviation.h>
 
 #include <fmt/format.h>
 
@@ -12,22 +13,9 @@ namespace {
 
 constexpr patch::Colour regular_colour{0.55, 0.67, 0.83}, cap_colour{0.93, 0.66, 0.35};
 constexpr int deviation_steps = 8;  // of the colour scale: few colours, few styles in the file
-constexpr int samples_a_side = 12;  // of a patch, for its largest deviation
 
-/// Point (a, b) of n x n inside the surface's range.
-geom::Vec3 inner_point(const geom::BsplineSurface& s, int a, int b, int n) {
-    return s.at(s.knots_u.back() * (a + 0.5) / n, s.knots_v.back() * (b + 0.5) / n).position;
-}
-
-double largest_deviation(const geom::BsplineSurface& s, const geom::ReferenceSurface& source) {
-    double largest = 0.0;
-    for (int a = 0; a < samples_a_side; ++a) {
-        for (int b = 0; b < samples_a_side; ++b) {
-            const geom::Vec3 p = inner_point(s, a, b, samples_a_side);
-            largest = std::max(largest, source.foot_point(p).distance);
-        }
-    }
-    return largest;
+geom::Vec3 middle_of(const geom::BsplineSurface& s) {
+    return s.at(0.5 * s.knots_u.back(), 0.5 * s.knots_v.back()).position;
 }
 
 /// Blue, green, red, in steps.
@@ -46,13 +34,14 @@ void describe_patches(patch::PatchSet& set, Colouring colouring,
         throw base::InvalidArgument("colours by deviation need an input to deviate from");
     for (patch::Patch& patch : set.patches) {
         if (source != nullptr) {
-            const int face = source->foot_point(inner_point(patch.surface, 0, 0, 1)).face;
+            const int face = source->foot_point(middle_of(patch.surface)).face;
             patch.name = fmt::format("source face {}/{}", face, patch.name);
         }
         if (colouring == Colouring::Kind)
             patch.colour = patch.has_cap ? cap_colour : regular_colour;
         if (colouring == Colouring::Deviation) {
-            patch.colour = scale_colour(largest_deviation(patch.surface, *source) / tolerance_mm);
+            patch.colour =
+                scale_colour(measure::largest_deviation(patch.surface, *source) / tolerance_mm);
         }
     }
 }

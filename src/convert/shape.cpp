@@ -20,10 +20,12 @@ constexpr double long_in_tolerances = 100.0;
 
 report::DeviationFigures::LongSharpCurves long_sharp_curves(const geom::ModelSurface& output,
                                                             const geom::ModelSurface& input,
-                                                            double tolerance_mm) {
+                                                            double tolerance_mm,
+                                                            const base::Progress& progress) {
     report::DeviationFigures::LongSharpCurves result{
         .longer_than = long_in_tolerances * tolerance_mm, .tolerance = tolerance_mm};
-    for (const auto& c : measure::measure_sharp_curves(input, output, result.longer_than)) {
+    for (const auto& c :
+         measure::measure_sharp_curves(input, output, result.longer_than, progress)) {
         ++result.count;
         if (c.distance > tolerance_mm) result.missed.push_back({c.length, c.distance, c.at});
     }
@@ -101,6 +103,7 @@ report::DeviationFigures compare(const geom::ModelSurface& output, const geom::M
                                  const base::Progress& progress) {
     const measure::DeviationMeasure measure{
         .samples = samples, .with_bound = false, .progress = progress};
+    const measure::FeatureMeasure features{.progress = progress};
     const auto kind = geom::FeatureKind::Sharp;
     const auto count = [&](const geom::ModelSurface& surface) {
         const auto& curves = surface.features().curves;
@@ -112,17 +115,19 @@ report::DeviationFigures compare(const geom::ModelSurface& output, const geom::M
         .input_to_output = measure::measure_deviation(input, output, measure),
         .sharp_curves_input = count(input),
         .sharp_curves_output = count(output),
-        .sharp_output_to_input = measure::measure_feature_deviation(output, input, kind),
-        .sharp_input_to_output = measure::measure_feature_deviation(input, output, kind)};
-    if (tolerance_mm) figures.long_sharp = long_sharp_curves(output, input, *tolerance_mm);
+        .sharp_output_to_input = measure::measure_feature_deviation(output, input, kind, features),
+        .sharp_input_to_output = measure::measure_feature_deviation(input, output, kind, features)};
+    if (tolerance_mm)
+        figures.long_sharp = long_sharp_curves(output, input, *tolerance_mm, progress);
     return figures;
 }
 
 void add_bounds(report::DeviationFigures& deviation, const geom::ModelSurface& output,
                 const geom::ModelSurface& input, const base::Progress& progress) {
     measure::Deviation &out = deviation.output_to_input, &back = deviation.input_to_output;
-    out.bound = measure::measure_bound(output, input, out.max, progress);
-    back.bound = measure::measure_bound(input, output, back.max, progress);
+    out.bound = measure::measure_bound(output, input, {.found_mm = out.max, .progress = progress});
+    back.bound =
+        measure::measure_bound(input, output, {.found_mm = back.max, .progress = progress});
 }
 
 void add_deviation(measure::VerdictFigures& figures, const report::DeviationFigures& deviation) {

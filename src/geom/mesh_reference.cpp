@@ -287,12 +287,13 @@ std::vector<SurfacePiece> MeshReference::pieces() const {
     result.reserve(impl_->mesh.triangles.size());
     for (int t = 0; t < int(impl_->mesh.triangles.size()); ++t)
         result.push_back(
-            {t, {Eigen::Vector2d(0, 0), Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1)}, 0.0});
+            {t, {Eigen::Vector2d(0, 0), Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1)}});
     return result;
 }
 
-Vec3 MeshReference::point_on_face(int face, const Eigen::Vector2d& uv) const {
-    return at_weights(impl_->mesh, face, {1.0 - uv[0] - uv[1], uv[0], uv[1]});
+FootPoint MeshReference::point_on_face(int face, const Eigen::Vector2d& uv) const {
+    const Vec3 w(1.0 - uv[0] - uv[1], uv[0], uv[1]);
+    return {at_weights(impl_->mesh, face, w), normal_at(impl_->bend, face, w), 0.0, face, uv};
 }
 
 SurfaceMesh MeshReference::surface_mesh(double /*deflection_mm*/) const {

@@ -1,5 +1,3 @@
-#include "measure/deviation_bound.h"
-
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
 #include <patchwright/measure/deviation.h>
@@ -14,8 +12,14 @@ namespace patchwright::measure {
 
 namespace {
 
-// Of the diagonal.
-constexpr double places_apart = 0.05, bound_slack = 1e-5;
+/// Entries of Deviation::worst are at least this far from each other, of the diagonal: so far that
+/// they are seen as different places of the model.
+constexpr double places_apart = 0.05;
+
+/// Of a sharp curve: 64 pieces, short against the curves that are looked at one by one.
+constexpr int samples_of_curve = 65;
+/// About a degree: what readers and users take for smooth.
+constexpr double least_kink_rad = 0.02;
 
 void require_samples(int samples) {
     if (samples < 1) {
@@ -25,11 +29,11 @@ void require_samples(int samples) {
 
 }  // namespace
 
-measure::Deviation measure_deviation(const geom::ModelSurface& from, const geom::ModelSurface& to,
-                                     const DeviationMeasure& options) {
+Deviation measure_deviation(const geom::ModelSurface& from, const geom::ModelSurface& to,
+                            const DeviationMeasure& options) {
     require_samples(options.samples);
     const std::vector<geom::SurfaceSample> points = from.sample(options.samples);
-    std::vector<measure::DistanceSample> distances(points.size());
+    std::vector<DistanceSample> distances(points.size());
     // In blocks, as progress is reported from the calling thread only.
     constexpr std::size_t block = 8192, grain = 128;
     for (std::size_t start = 0; start < points.size(); start += block) {
@@ -44,44 +48,58 @@ measure::Deviation measure_deviation(const geom::ModelSurface& from, const geom:
     }
     base::report_progress(options.progress, "deviation", 1.0);
     const double diagonal = from.bounds().diagonal();
-    measure::Deviation result =
-        measure::deviation_statistics(distances, {.apart_mm = places_apart * diagonal});
-    if (options.with_bound) result.bound = measure_bound(from, to, result.max, options.progress);
+    Deviation result = deviation_statistics(distances, {.apart_mm = places_apart * diagonal});
+    if (options.with_bound)
+        result.bound =
+            measure_bound(from, to, {.found_mm = result.max, .progress = options.progress});
     return result;
 }
 
-double measure_bound(const geom::ModelSurface& from, const geom::ModelSurface& to, double found_mm,
-                     const base::Progress& progress) {
-    return deviation_bound(from, to,
-                           {.at_least = found_mm,
-                            .slack_mm = bound_slack * from.bounds().diagonal(),
-                            .progress = progress});
+double largest_deviation(const geom::BsplineSurface& surface,
+                         const geom::ReferenceSurface& reference, int samples) {
+    require_samples(samples);
+    const auto middle = [&](const std::vector<double>& knots, int i) {
+        return knots.back() * (i + 0.5) / samples;
+    };
+    double largest = 0.0;
+    for (int i = 0; i < samples; ++i) {
+        for (int j = 0; j < samples; ++j) {
+            const auto at = surface.at(middle(surface.knots_u, i), middle(surface.knots_v, j));
+            largest = std::max(largest, reference.foot_point(at.position).distance);
+        }
+    }
+    return largest;
 }
 
-std::optional<measure::Deviation> measure_feature_deviation(const geom::ModelSurface& from,
-                                                            const geom::ModelSurface& to,
-                                                            geom::FeatureKind kind, int samples) {
-    require_samples(samples);
+std::optional<Deviation> measure_feature_deviation(const geom::ModelSurface& from,
+                                                   const geom::ModelSurface& to,
+                                                   geom::FeatureKind kind,
+                                                   const FeatureMeasure& options) {
+    require_samples(options.samples);
     double length = 0.0;
     for (const geom::FeatureCurve& curve : from.features().curves)
         length += curve.kind == kind ? curve.length : 0.0;
     if (!(length > 0.0)) return std::nullopt;
-    std::vector<measure::DistanceSample> distances;
-    for (const auto& sample : from.sample_curves(kind, length / samples)) {
+    std::vector<DistanceSample> distances;
+    const std::vector<geom::CurveSample> points =
+        from.sample_curves(kind, length / options.samples);
+    for (const auto& sample : points) {
+        constexpr std::size_t block = 256;
+        if (distances.size() % block == 0)
+            base::report_progress(options.progress, "sharp curves",
+                                  double(distances.size()) / double(points.size()));
         const auto nearest = to.feature_point(sample.point, kind);
         if (!nearest) return std::nullopt;
         distances.push_back({sample.point, sample.curve, nearest->distance, sample.weight});
     }
-    return measure::deviation_statistics(distances,
-                                         {.apart_mm = places_apart * from.bounds().diagonal()});
+    return deviation_statistics(distances, {.apart_mm = places_apart * from.bounds().diagonal()});
 }
 
 std::vector<SharpCurveDistance> measure_sharp_curves(const geom::ModelSurface& from,
                                                      const geom::ModelSurface& to,
-                                                     double longer_than_mm) {
+                                                     double longer_than_mm,
+                                                     const base::Progress& progress) {
     using geom::FeatureKind;
-    constexpr int samples = 65;
-    constexpr double least_kink_rad = 0.02;
     std::vector<int> kinked;  // less than sharp ones are
     const auto& others = to.features().curves;
     for (std::size_t i = 0; i < others.size(); ++i)
@@ -102,10 +120,11 @@ std::vector<SharpCurveDistance> measure_sharp_curves(const geom::ModelSurface& f
         const geom::FeatureCurve& curve = curves[i];
         if (curve.kind != FeatureKind::Sharp || !(curve.length > longer_than_mm)) continue;
         const bool fades = curve.least_angle_rad < geom::default_sharp_angle_rad;
+        base::report_progress(progress, "sharp curves", double(i) / double(curves.size()));
         SharpCurveDistance found{.curve = int(i), .length = curve.length};
-        for (int k = 0; k < samples; ++k) {
+        for (int k = 0; k < samples_of_curve; ++k) {
             const geom::Vec3 p =
-                from.point_on_curve(int(i), curve.length * k / (samples - 1)).point;
+                from.point_on_curve(int(i), curve.length * k / (samples_of_curve - 1)).point;
             const double nearest = distance(p, fades);
             if (nearest < found.distance) continue;
             found.distance = nearest;

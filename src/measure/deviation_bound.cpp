@@ -1,9 +1,16 @@
-#include "measure/deviation_bound.h"
+#include "measure/second_order.h"
 
+#include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
+#include <patchwright/measure/deviation.h>
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
+#include <tuple>
 #include <vector>
 
 namespace patchwright::measure {
@@ -12,124 +19,288 @@ using geom::Vec3;
 
 namespace {
 
+/// Of what is estimated or seen at one point to lie between samples: what lies there may be half as
+/// large again, as where curvature changes within a piece (deviation_bound_test.cpp, the bump).
 constexpr double safety = 1.5;
-
-/// A corner on the surface with its foot on the other model.
-struct Corner {
-    Eigen::Vector2d uv;
-    Vec3 point, foot;
-    double distance = 0.0;
-};
+/// The largest distance of a triangle's points from the nearest corner, in longest sides: 1 /
+/// sqrt(3), rounded up.
+constexpr double reach_of_triangle = 0.5774;
+/// A bound that is a tenth, or a hundred thousandth of the diagonal, above what was found is not
+/// refined further: that is what the report's readers can use.
+constexpr double slack_rel = 0.1, slack_of_diagonal = 1e-5;
+/// A round refines what is above this share of the largest bound, so that a budget that ends
+/// leaves pieces of about the same bound.
+constexpr double round_share = 0.8;
+/// Triangulations of ruled surfaces are long and thin; pieces that are longer than this are halved.
+constexpr double long_in_shortest_sides = 2.0;
+/// Feature curves are first looked at in pieces of a hundredth of the diagonal, at least two.
+constexpr double span_of_diagonal = 0.01;
+constexpr int least_spans = 2;
+/// The quarter of the budget that curves may take at most.
+constexpr int share_of_curves = 4;
+constexpr std::size_t grain = 64, block = 8192;
 
 /// A piece of a face over a triangle of the parameter plane.
 struct Piece {
-    int face = -1;
-    double beside = 0.0;  ///< what a triangle at a curved border leaves out
-    std::array<Corner, 3> corner;
-    double bound = 0.0;
+    int face = 0;
+    std::array<int, 3> corner{};  ///< numbers of samples
+    int middle = 0;               ///< the same
+    double bound = std::numeric_limits<double>::infinity();
+};
 
-    bool operator<(const Piece& other) const { return bound < other.bound; }
+struct Sample {
+    int face = 0;
+    Eigen::Vector2d uv = Eigen::Vector2d::Zero();
+    ShapePair pair;
+};
+
+struct CurveSample {
+    double arc_length = 0.0;     ///< mm
+    Vec3 offset = Vec3::Zero();  ///< from its foot point
+};
+
+/// A piece of a feature curve with samples at its start, in its middle and at its end.
+struct Span {
+    int curve = 0;
+    std::array<CurveSample, 3> sample;
+    double bound = std::numeric_limits<double>::infinity();
 };
 
 class Bounding {
   public:
-    Bounding(const geom::ModelSurface& from, const geom::ModelSurface& to) : from_(from), to_(to) {}
+    Bounding(const geom::ModelSurface& from, const geom::ModelSurface& to,
+             const BoundOptions& options)
+        : from_(from),
+          to_(to),
+          options_(options),
+          slack_mm_(slack_of_diagonal * from.bounds().diagonal()),
+          found_(options.found_mm) {}
 
-    [[nodiscard]] Piece whole(const geom::SurfacePiece& t) const {
-        Piece piece{t.face, t.beside, {}, 0.0};
-        for (std::size_t k = 0; k < 3; ++k) piece.corner[k] = corner(t.face, t.uv[k]);
-        piece.bound = bound(piece);
-        return piece;
-    }
-
-    [[nodiscard]] std::array<Piece, 4> quarters(const Piece& piece) const {
-        std::array<Corner, 3> side;
-        for (std::size_t k = 0; k < 3; ++k)
-            side[k] = corner(piece.face, 0.5 * (piece.corner[k].uv + piece.corner[(k + 1) % 3].uv));
-        std::array<Piece, 4> parts;
-        parts.fill(piece);
-        for (std::size_t k = 0; k < 3; ++k)
-            parts[k].corner = {piece.corner[k], side[k], side[(k + 2) % 3]};
-        parts[3].corner = side;
-        for (Piece& part : parts) part.bound = bound(part);
-        return parts;
+    double bound() {
+        const double curves = bound_curves();
+        return std::max(curves, bound_faces());
     }
 
   private:
-    [[nodiscard]] Corner corner(int face, const Eigen::Vector2d& uv) const {
-        Corner result;
-        result.uv = uv;
-        result.point = from_.point_on_face(face, uv);
-        const auto foot = to_.foot_point(result.point);
-        result.foot = foot.point;
-        result.distance = foot.distance;
-        return result;
+    [[nodiscard]] double goal() const { return found_ + std::max(slack_rel * found_, slack_mm_); }
+
+    /// Calls `work` for all numbers from `first` on, in parallel, with progress in between.
+    template <class Work>
+    void in_blocks(std::size_t first, std::size_t end, const Work& work) {
+        for (std::size_t start = first; start < end; start += block) {
+            base::report_progress(options_.progress, "bound",
+                                  feet_ < limit_ ? double(feet_) / double(limit_) : 0.0);
+            const std::size_t count = std::min(block, end - start);
+            base::parallel_for(count, grain, [&](std::size_t a, std::size_t b) {
+                for (std::size_t i = start + a; i < start + b; ++i) work(i);
+            });
+        }
     }
 
-    [[nodiscard]] double bound(const Piece& piece) const {
-        const auto& [a, b, c] = piece.corner;
-        double largest = std::max({a.distance, b.distance, c.distance}), uneven = 0.0;
-        constexpr double half = 0.5, third = 1.0 / 3.0;
-        for (const Vec3& w : {Vec3(half, half, 0), Vec3(0, half, half), Vec3(half, 0, half),
-                              Vec3(third, third, third)}) {
-            const Corner inner = corner(piece.face, w[0] * a.uv + w[1] * b.uv + w[2] * c.uv);
-            const Vec3 between =
-                w[0] * (a.point - a.foot) + w[1] * (b.point - b.foot) + w[2] * (c.point - c.foot);
-            largest = std::max(largest, inner.distance);
-            uneven = std::max(uneven, (inner.point - inner.foot - between).norm());
-        }
-        return largest + safety * uneven + piece.beside;
+    int sample(int face, const Eigen::Vector2d& uv) {
+        const auto [it, is_new] = known_.try_emplace({face, uv[0], uv[1]}, int(samples_.size()));
+        if (is_new) samples_.push_back({face, uv, {}});
+        return it->second;
     }
+
+    Piece piece(int face, const std::array<int, 3>& corner) {
+        const auto uv = [&](std::size_t k) { return samples_[std::size_t(corner[k])].uv; };
+        return {face, corner, sample(face, (uv(0) + uv(1) + uv(2)) / 3.0)};
+    }
+
+    void evaluate_samples(std::size_t first) {
+        const auto shape = [](const geom::ModelSurface& surface, const geom::FootPoint& at) {
+            return SurfaceShape{at.point, at.normal,
+                                at.face >= 0 ? surface.curvature(at) : std::nullopt};
+        };
+        in_blocks(first, samples_.size(), [&](std::size_t i) {
+            Sample& s = samples_[i];
+            const geom::FootPoint point = from_.point_on_face(s.face, s.uv);
+            s.pair = {shape(from_, point), shape(to_, to_.foot_point(point.point))};
+        });
+        for (std::size_t i = first; i < samples_.size(); ++i)
+            found_ = std::max(found_, samples_[i].pair.distance());
+        feet_ += std::int64_t(samples_.size() - first);
+    }
+
+    [[nodiscard]] double bound_of(const Piece& piece) const {
+        std::array<const ShapePair*, 3> corner{};
+        for (std::size_t k = 0; k < 3; ++k)
+            corner[k] = &samples_[std::size_t(piece.corner[k])].pair;
+        const ShapePair& middle = samples_[std::size_t(piece.middle)].pair;
+        double distance = middle.distance(), side = 0.0;
+        Vec3 between = middle.offset();
+        for (std::size_t k = 0; k < 3; ++k) {
+            distance = std::max(distance, corner[k]->distance());
+            const Vec3 way = corner[(k + 1) % 3]->point.point - corner[k]->point.point;
+            side = std::max(side, way.norm());
+            between -= corner[k]->offset() / 3.0;
+        }
+        // Distances change no faster than points move.
+        double more = reach_of_triangle * side;
+        if (const auto error = interpolation_error(corner))
+            more = std::min(more, safety * std::max(*error, between.norm()));
+        return distance + more;
+    }
+
+    void bound_pieces(std::vector<Piece>& pieces, std::size_t first) {
+        evaluate_samples(first);
+        in_blocks(0, pieces.size(), [&](std::size_t i) { pieces[i].bound = bound_of(pieces[i]); });
+    }
+
+    /// Two pieces in place of a long one, four in place of others.
+    void split(const Piece& whole, std::vector<Piece>& parts) {
+        const auto uv = [&](std::size_t k) { return samples_[std::size_t(whole.corner[k])].uv; };
+        const auto middle_of_side = [&](std::size_t k) {
+            return sample(whole.face, 0.5 * (uv(k) + uv((k + 1) % 3)));
+        };
+        std::array<double, 3> length{};
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto at = [&](std::size_t c) {
+                return samples_[std::size_t(whole.corner[c % 3])].pair.point.point;
+            };
+            length[k] = (at(k + 1) - at(k)).norm();
+        }
+        const auto [shortest, longest] = std::minmax_element(length.begin(), length.end());
+        if (*longest > long_in_shortest_sides * *shortest) {
+            const auto k = std::size_t(longest - length.begin());
+            const int half = middle_of_side(k);
+            const int opposite = whole.corner[(k + 2) % 3];
+            parts.push_back(piece(whole.face, {whole.corner[k], half, opposite}));
+            parts.push_back(piece(whole.face, {half, whole.corner[(k + 1) % 3], opposite}));
+            return;
+        }
+        const std::array<int, 3> side{middle_of_side(0), middle_of_side(1), middle_of_side(2)};
+        for (std::size_t k = 0; k < 3; ++k)
+            parts.push_back(piece(whole.face, {whole.corner[k], side[k], side[(k + 2) % 3]}));
+        // Its middle is the whole's, up to rounding.
+        parts.push_back({whole.face, side, whole.middle});
+    }
+
+    double bound_faces() {
+        std::vector<Piece> pieces;
+        for (const geom::SurfacePiece& t : from_.pieces()) {
+            std::array<int, 3> corner{};
+            for (std::size_t k = 0; k < 3; ++k) corner[k] = sample(t.face, t.uv[k]);
+            pieces.push_back(piece(t.face, corner));
+        }
+        bound_pieces(pieces, 0);
+        limit_ = feet_ + options_.foot_points - options_.foot_points / share_of_curves;
+        return refine(pieces, [&](const std::vector<Piece>& open) {
+            const std::size_t first = samples_.size();
+            std::vector<Piece> parts;
+            for (const Piece& p : open) split(p, parts);
+            bound_pieces(parts, first);
+            return parts;
+        });
+    }
+
+    [[nodiscard]] CurveSample curve_sample(int curve, double arc_length) const {
+        const Vec3 point = from_.point_on_curve(curve, arc_length).point;
+        return {arc_length, point - to_.foot_point(point).point};
+    }
+
+    /// The middle's sample and the bound of spans whose ends are known.
+    void bound_spans(std::vector<Span>& spans) {
+        in_blocks(0, spans.size(), [&](std::size_t i) {
+            auto& [start, middle, end] = spans[i].sample;
+            const double length = end.arc_length - start.arc_length;
+            middle = curve_sample(spans[i].curve, start.arc_length + 0.5 * length);
+            const double uneven = (middle.offset - 0.5 * (start.offset + end.offset)).norm();
+            spans[i].bound =
+                std::max({start.offset.norm(), middle.offset.norm(), end.offset.norm()}) +
+                std::min(safety * uneven, 0.25 * length);
+        });
+        for (const Span& span : spans) found_ = std::max(found_, span.sample[1].offset.norm());
+        feet_ += std::int64_t(spans.size());
+    }
+
+    /// What lies between a face's boundary curve and its chords is as near as these two but for
+    /// what is of second order in its width, which is a thousandth of the pieces'.
+    double bound_curves() {
+        const auto& curves = from_.features().curves;
+        const double longest = span_of_diagonal * from_.bounds().diagonal();
+        std::vector<Span> spans;
+        for (std::size_t c = 0; c < curves.size(); ++c) {
+            const int count = least_spans + int(curves[c].length / longest);
+            for (int i = 0; i < count; ++i) {
+                spans.push_back({int(c), {}});
+                spans.back().sample[0].arc_length = curves[c].length * i / count;
+                spans.back().sample[2].arc_length = curves[c].length * (i + 1) / count;
+            }
+        }
+        in_blocks(0, spans.size(), [&](std::size_t i) {
+            for (const std::size_t k : {0, 2})
+                spans[i].sample[k] = curve_sample(spans[i].curve, spans[i].sample[k].arc_length);
+        });
+        feet_ += 2 * std::int64_t(spans.size());
+        bound_spans(spans);
+        limit_ = feet_ + options_.foot_points / share_of_curves;
+        return refine(spans, [&](const std::vector<Span>& open) {
+            std::vector<Span> halves;
+            for (const Span& s : open) {
+                halves.push_back({s.curve, {s.sample[0], {}, s.sample[1]}});
+                halves.push_back({s.curve, {s.sample[1], {}, s.sample[2]}});
+            }
+            bound_spans(halves);
+            return halves;
+        });
+    }
+
+    /// Replaces pieces by parts, those with the largest bounds first, until all are near what was
+    /// found or the budget or the time is used up.
+    /// @return the largest bound that is left
+    template <class Part, class Divide>
+    double refine(std::vector<Part>& parts, const Divide& divide) {
+        for (;;) {
+            double largest = found_;
+            for (const Part& part : parts) largest = std::max(largest, part.bound);
+            if (largest <= goal() || feet_ >= limit_) return largest;
+            const double level = std::max(goal(), round_share * largest);
+            const auto open = std::stable_partition(
+                parts.begin(), parts.end(), [&](const Part& p) { return p.bound <= level; });
+            std::stable_sort(open, parts.end(),
+                             [](const Part& a, const Part& b) { return a.bound < b.bound; });
+            // As many as the budget allows, the worst first; they stand last.
+            const auto affordable = (limit_ - feet_) / most_feet_of_parts + 1;
+            const auto count = std::min<std::int64_t>(parts.end() - open, affordable);
+            const std::vector<Part> divided(parts.end() - count, parts.end());
+            parts.resize(parts.size() - std::size_t(count));
+            try {
+                const std::vector<Part> made = divide(divided);
+                parts.insert(parts.end(), made.begin(), made.end());
+            } catch (const base::TimeLimitReached&) {
+                return largest;
+            }
+        }
+    }
+
+    /// Three on sides and three in the middle.
+    static constexpr std::int64_t most_feet_of_parts = 6;
 
     const geom::ModelSurface& from_;
     const geom::ModelSurface& to_;
+    const BoundOptions& options_;
+    double slack_mm_;
+    double found_;
+    std::int64_t feet_ = 0;   ///< looked for until now
+    std::int64_t limit_ = 0;  ///< beyond which nothing is refined
+    std::vector<Sample> samples_;
+    std::map<std::tuple<int, double, double>, int> known_;
 };
 
 }  // namespace
 
-double deviation_bound(const geom::ModelSurface& from, const geom::ModelSurface& to,
-                       const DeviationBoundOptions& options) {
-    const std::vector<geom::SurfacePiece> triangles = from.pieces();
-    const Bounding bounding(from, to);
-    std::vector<Piece> pieces(triangles.size());
-    constexpr std::size_t block = 16384, grain = 64;
-    for (std::size_t start = 0; start < pieces.size(); start += block) {
-        base::report_progress(options.progress, "bound", double(start) / double(pieces.size()));
-        const std::size_t count = std::min(block, pieces.size() - start);
-        base::parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = start + begin; i < start + end; ++i)
-                pieces[i] = bounding.whole(triangles[i]);
-        });
+double measure_bound(const geom::ModelSurface& from, const geom::ModelSurface& to,
+                     const BoundOptions& options) {
+    if (options.foot_points < 0 || !(options.found_mm >= 0.0)) {
+        throw base::InvalidArgument(
+            fmt::format("measure_bound: {} foot points, found {} mm: neither may be negative",
+                        options.foot_points, options.found_mm));
     }
-    const double found = options.at_least;
-    const double enough = found + std::max(options.slack_rel * found, options.slack_mm);
-    // What lies beside triangles does not get smaller, and below that nothing is gained.
-    double settled = enough;
-    for (const Piece& piece : pieces) settled = std::max(settled, found + piece.beside);
-    double worst = found;
-    // Rounds of quartering all that is above the goal: the same with any number of threads.
-    for (int left = options.max_refinements; left > 0 && !pieces.empty();) {
-        std::vector<Piece> open;
-        for (const Piece& piece : pieces) {
-            if (piece.bound > settled)
-                open.push_back(piece);
-            else
-                worst = std::max(worst, piece.bound);
-        }
-        std::stable_sort(open.begin(), open.end(),
-                         [](const Piece& a, const Piece& b) { return b < a; });
-        const auto count = std::min(open.size(), std::size_t(left));
-        left -= int(count);
-        std::vector<std::array<Piece, 4>> parts(count);
-        base::parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) parts[i] = bounding.quarters(open[i]);
-        });
-        pieces.assign(open.begin() + std::ptrdiff_t(count), open.end());
-        for (const auto& four : parts) pieces.insert(pieces.end(), four.begin(), four.end());
-    }
-    for (const Piece& piece : pieces) worst = std::max(worst, piece.bound);
+    const double bound = Bounding(from, to, options).bound();
     base::report_progress(options.progress, "bound", 1.0);
-    return worst;
+    return bound;
 }
 
 }  // namespace patchwright::measure

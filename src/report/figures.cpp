@@ -203,7 +203,7 @@ class SectionWriter {
         const auto one = [&](const char* label, const measure::Deviation& side) {
             row(label, "max {} at {}, rms {}, 95 % {}, 99 % {}", relative(side.max), place(side.at),
                 length(side.rms), length(side.p95), length(side.p99));
-            if (side.bound > 0.0) row("  anywhere", "at most {}", relative(side.bound));
+            if (side.bound) row("  anywhere", "at most {}", relative(*side.bound));
             for (std::size_t i = 1; i < side.worst.size(); ++i) {
                 row(i == 1 ? "  then" : "", "{} at {}, face {}", length(side.worst[i].distance),
                     place(side.worst[i].point), side.worst[i].face);

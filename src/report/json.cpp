@@ -259,9 +259,10 @@ class Writer {
     }
     Json deviation(const measure::Deviation& d) const {
         Json json = {{"max", length(d.max)}, {"rms", length(d.rms)}, {"p50", length(d.p50)},
-                     {"p95", length(d.p95)}, {"p99", length(d.p99)}, {"at", point(d.at)},
-                     {"face", d.face},       {"samples", d.samples}};
-        if (d.bound > 0.0) json["bound"] = length(d.bound);
+                     {"p95", length(d.p95)}, {"p99", length(d.p99)}, {"at", point(d.at)}};
+        if (d.face) json["face"] = *d.face;
+        json["samples"] = d.samples;
+        if (d.bound) json["bound"] = length(*d.bound);
         for (const measure::DeviationPlace& place : d.worst) {
             json["worst"].push_back({{"distance", length(place.distance)},
                                      {"at", point(place.point)},

@@ -1,6 +1,4 @@
-#include "fit/loop/coverage.h"
-
-#include "fit/loop/sampling.h"
+#include "measure/limit_search.h"
 #include "support/cages.h"
 
 #include <patchwright/fit/fit.h>
@@ -9,45 +7,6 @@
 
 using namespace patchwright;
 using geom::Vec3;
-
-TEST_CASE("the limit point near a point is the nearest one", "[fit][oracle]") {
-    const mesh::Cage cage = GENERATE(test::torus(9, 6, 3.0, 1.0), test::fan(5), test::fan(3),
-                                     test::random_cage(4), test::random_cage(7, {.open = true}));
-    const auto sites = fit::face_sites(*cage.topology);
-    const subd::LimitEvaluator evaluator(cage.topology);
-    // All limit points of a fine grid: nothing may be nearer than these by more than their width.
-    constexpr int fine = 60;
-    std::vector<Vec3> points;
-    double width = 0.0;
-    for (const subd::Site& site : sites) {
-        for (int i = 0; i <= fine; ++i) {
-            for (int j = 0; j <= fine; ++j) {
-                points.push_back(evaluator.position(
-                    cage.points, {site.face, double(i) / fine, double(j) / fine, site.sector}));
-                if (j > 0) width = std::max(width, (points.back() - points.end()[-2]).norm());
-            }
-        }
-    }
-    std::vector<Vec3> queries;
-    for (std::size_t k = 0; k < 200; ++k) {
-        const double offset = 0.02 * std::sin(double(k));
-        queries.push_back(points[k * 7919 % points.size()] + offset * Vec3(0.5, -0.3, 0.8));
-    }
-    const auto near = fit::LimitSearch(cage.topology).nearest(cage.points, queries);
-    REQUIRE(near.size() == queries.size());
-    for (std::size_t k = 0; k < queries.size(); ++k) {
-        double nearest = 1e300;
-        for (const Vec3& p : points) nearest = std::min(nearest, (p - queries[k]).norm());
-        const subd::Site& site = sites[std::size_t(near[k].site)];
-        const Vec3 there =
-            evaluator.position(cage.points, {site.face, near[k].u, near[k].v, site.sector});
-        CHECK((there - near[k].point).norm() < 1e-12);
-        CHECK(near[k].distance == Approx((there - queries[k]).norm()).margin(1e-12));
-        CHECK(near[k].distance <= nearest + 1e-9);
-        // Between grid points the surface may be nearer by what Pythagoras leaves.
-        CHECK(near[k].distance >= std::sqrt(std::max(0.0, nearest * nearest - width * width)));
-    }
-}
 
 namespace {
 
@@ -123,7 +82,7 @@ TEST_CASE("a fit goes where it is not near the reference", "[fit][oracle]") {
     for (const auto& s : ridge.sample(3000)) points.push_back(s.point);
     const auto farthest = [&](const mesh::Cage& cage) {
         double most = 0.0;
-        for (const auto& near : fit::LimitSearch(cage.topology).nearest(cage.points, points))
+        for (const auto& near : measure::LimitSearch(cage.topology).nearest(cage.points, points))
             most = std::max(most, near.distance);
         return most;
     };

@@ -90,7 +90,7 @@ TEST_CASE("a split cage starts near the limit surface of the coarse one", "[fit]
     const mesh::Cage cage = test::torus(16, 12, 3.0, 1.0);
     fit::LevelError error;
     error.faces.resize(std::size_t(cage.topology->face_count()));
-    error.faces[5] = {.max = 1.0, .change_u = 1.0};
+    error.faces[5] = {{.max = 1.0, .change_u = 1.0}};
     const auto next =
         fit::refine_where_needed(cage, error, {}, {.tolerance_mm = 0.1}, fit::Refinement::Local);
     REQUIRE(next);
@@ -116,7 +116,7 @@ TEST_CASE("faces that gain nothing from being split are no longer split", "[fit]
         // Whatever covers the parts of face 0 stays at the same distance.
         for (std::size_t f = 0; f < error.faces.size(); ++f) {
             const bool bad = rounds == 0 ? f == 0 : history[f].parent == 1.0;
-            if (bad) error.faces[f] = {.max = 1.0, .change_u = 1.0};
+            if (bad) error.faces[f] = {{.max = 1.0, .change_u = 1.0}};
         }
         auto next = fit::refine_where_needed(cage, error, history, {.tolerance_mm = 0.1},
                                              fit::Refinement::Local);
@@ -134,7 +134,7 @@ TEST_CASE("strips get as narrow as what their samples do not see", "[fit]") {
         fit::LevelError error;
         error.faces.resize(std::size_t(cage.topology->face_count()));
         fit::FaceError& face = error.faces[6];
-        face = {.max = seen, .reverse = 0.02, .reverse_at = {0.03, 0.5}, .change_u = 1.0};
+        face = {{.max = seen, .reverse = 0.02, .reverse_at = {0.03, 0.5}, .change_u = 1.0}};
         face.beyond = {Eigen::Vector2d(0.01, 0.0), Eigen::Vector2d(0.05, 1.0)};
         face.beyond_count = 20;
         return fit::refine_where_needed(cage, error, {}, {.tolerance_mm = 0.005},

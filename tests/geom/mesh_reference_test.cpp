@@ -31,7 +31,7 @@ TEST_CASE("foot points on a triangulated sphere are the sphere's within its chor
         CHECK(std::abs(foot.distance - std::abs(query.norm() - radius)) < chord);
         CHECK(std::abs(foot.point.norm() - radius) < chord);
         CHECK(foot.distance == Approx((query - foot.point).norm()));
-        CHECK(sphere.point_on_face(foot.face, foot.uv).isApprox(foot.point, 1e-12));
+        CHECK(sphere.point_on_face(foot.face, foot.uv).point.isApprox(foot.point, 1e-12));
         // Blended normals: much nearer than the half step of 1.9 degrees that facets are off.
         CHECK(foot.normal.dot(foot.point.normalized()) > std::cos(0.5 * M_PI / 180.0));
     }

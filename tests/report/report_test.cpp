@@ -103,5 +103,5 @@ TEST_CASE("deviation statistics of known distances", "[fit][oracle]") {
     CHECK(d.p95 == 95.0);
     CHECK(d.p99 == 99.0);
     CHECK(d.rms == Approx(std::sqrt(3383.5)));
-    CHECK(measure::deviation_statistics({}).face == -1);
+    CHECK_FALSE(measure::deviation_statistics({}).face.has_value());
 }

@@ -43,7 +43,7 @@ class MeshReference final : public ModelSurface {
                                                             FeatureKind kind) const override;
     [[nodiscard]] std::vector<SurfaceSample> sample(int count) const override;
     [[nodiscard]] std::vector<SurfacePiece> pieces() const override;
-    [[nodiscard]] Vec3 point_on_face(int face, const Eigen::Vector2d& uv) const override;
+    [[nodiscard]] FootPoint point_on_face(int face, const Eigen::Vector2d& uv) const override;
 
     /// The triangles as they are, whatever the deflection. Their faces are regions, which end at
     /// features and where parts of the file do and have the names of those parts.

@@ -27,13 +27,11 @@ struct CurveSample {
     double weight;  ///< length that it stands for, mm
 };
 
-/// A triangle in the parameters of a face; all pieces together cover the surface but for what lies
-/// beside them.
+/// A triangle in the parameters of a face. All pieces together cover the surface but for what lies
+/// between the faces' boundary curves and the chords of these.
 struct SurfacePiece {
-    int face = -1;
+    int face;
     std::array<Eigen::Vector2d, 3> uv;
-    double beside =
-        0.0;  ///< mm: how far the surface goes on beyond a side of the triangle, at most
 };
 
 class ModelSurface : public ReferenceSurface {
@@ -52,9 +50,9 @@ class ModelSurface : public ReferenceSurface {
     [[nodiscard]] std::vector<SurfaceSample> sample(int count) const override = 0;
 
     [[nodiscard]] virtual std::vector<SurfacePiece> pieces() const = 0;
-    /// The point of a face at its parameters.
+    /// The point of a face at its parameters and the normal there; the distance is 0.
     /// @pre the face is one of this surface's
-    [[nodiscard]] virtual Vec3 point_on_face(int face, const Eigen::Vector2d& uv) const = 0;
+    [[nodiscard]] virtual FootPoint point_on_face(int face, const Eigen::Vector2d& uv) const = 0;
 
     /// Triangles that share their vertices, with the features they lie on.
     /// @param deflection_mm  largest distance of a triangle from its face, as far as the source of

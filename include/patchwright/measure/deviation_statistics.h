@@ -3,6 +3,7 @@
 
 #include <patchwright/geom/types.h>
 
+#include <optional>
 #include <vector>
 
 namespace patchwright::measure {
@@ -10,8 +11,8 @@ namespace patchwright::measure {
 /// A sample far from the other shape.
 struct DeviationPlace {
     geom::Vec3 point = geom::Vec3::Zero();
-    int face = -1;
-    double distance = 0.0;
+    int face;               ///< of the sampled shape
+    double distance = 0.0;  ///< mm
 };
 
 /// Distances of sample points on one shape to the nearest point of another, in millimetres.
@@ -21,10 +22,10 @@ struct Deviation {
     double p50 = 0.0;
     double p95 = 0.0;
     double p99 = 0.0;
-    /// No point of the sampled shape is farther, samples or not; 0: not measured.
-    double bound = 0.0;
+    /// No point of the sampled shape is farther, samples or not; see measure_bound().
+    std::optional<double> bound;
     geom::Vec3 at = geom::Vec3::Zero();  ///< where on the sampled shape the maximum lies
-    int face = -1;                       ///< the sampled shape's face there; -1: no samples
+    std::optional<int> face;             ///< the sampled shape's face there, when there are samples
     int samples = 0;
     /// The largest distances at places that are some way apart, largest first; `at` is the first.
     std::vector<DeviationPlace> worst;

@@ -65,7 +65,7 @@ class CadReference final : public geom::ModelSurface {
     /// At least a few samples a face; points on all edges and vertices.
     [[nodiscard]] std::vector<geom::SurfaceSample> sample(int count) const override;
     [[nodiscard]] std::vector<geom::SurfacePiece> pieces() const override;
-    [[nodiscard]] geom::Vec3 point_on_face(int face, const Eigen::Vector2d& uv) const override;
+    [[nodiscard]] geom::FootPoint point_on_face(int face, const Eigen::Vector2d& uv) const override;
 
     [[nodiscard]] geom::SurfaceMesh surface_mesh(double deflection_mm) const override;
     [[nodiscard]] std::vector<std::string> face_names() const override;

@@ -47,9 +47,9 @@ constexpr double max_energy_growth = 2.0;
 // |A^T r| at which a solve has converged, relative to the start: targets change more per round.
 constexpr double solve_residual = 1e-4;
 
-double largest_distance(const std::vector<NearLimit>& near) {
+double largest_distance(const std::vector<measure::NearLimit>& near) {
     double most = 0.0;
-    for (const NearLimit& n : near) most = std::max(most, n.distance);
+    for (const measure::NearLimit& n : near) most = std::max(most, n.distance);
     return most;
 }
 
@@ -150,7 +150,7 @@ class LevelFitter {
     /// foot points.
     void improve_reverse_distances() {
         if (reverse_points_.empty()) return;
-        const std::vector<NearLimit> near = projector_.nearest(points_, reverse_points_);
+        const std::vector<measure::NearLimit> near = projector_.nearest(points_, reverse_points_);
         const double before = largest_distance(near);
         if (before <= options_.tolerance_mm) return;
         std::vector<Vec3> targets;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fit/match/feature_match.h"
+#include "measure/limit_deviation.h"
 
 #include <patchwright/fit/fit.h>
 
@@ -10,25 +11,7 @@
 
 namespace patchwright::fit {
 
-struct Distances {
-    double sum_of_squares = 0.0;
-    double max = 0.0;
-    std::int64_t count = 0;
-
-    void add(double distance) {
-        sum_of_squares += distance * distance;
-        max = std::max(max, distance);
-        ++count;
-    }
-    void add(const Distances& others) {
-        sum_of_squares += others.sum_of_squares;
-        max = std::max(max, others.max);
-        count += others.count;
-    }
-    [[nodiscard]] double rms() const {
-        return count > 0 ? std::sqrt(sum_of_squares / double(count)) : 0.0;
-    }
-};
+using measure::Distances;
 
 inline std::optional<geom::Vec3> unit_or_none(const geom::Vec3& v) {
     const double norm = v.norm();

@@ -1,6 +1,5 @@
 #include "fit/loop/measure.h"
 
-#include "fit/loop/coverage.h"
 #include "fit/loop/sampling.h"
 
 #include <patchwright/base/parallel.h>
@@ -13,48 +12,6 @@ namespace patchwright::fit {
 namespace {
 
 using geom::Points;
-
-void measure_surface(const mesh::Cage& cage, const geom::ReferenceSurface& reference, int n,
-                     LevelError& error) {
-    const auto sites = face_sites(*cage.topology);
-    const subd::LimitOperator limit_operator(*cage.topology, {closed_grid(n)}, sites);
-    struct SiteError {
-        Distances surface;
-        double change_u = 0.0, change_v = 0.0;
-    };
-    std::vector<SiteError> of_site(sites.size());
-    limit_operator.visit_sites(
-        cage.points, [&](std::size_t begin, std::size_t end, auto offset, auto) {
-            // From limit points to their foot points.
-            base::parallel_for(
-                std::size_t(offset.rows()), 64, [&](std::size_t first, std::size_t last) {
-                    for (auto i = Eigen::Index(first); i < Eigen::Index(last); ++i) {
-                        const auto foot = reference.foot_point(offset.row(i).transpose());
-                        offset.row(i) = foot.point.transpose() - offset.row(i);
-                    }
-                });
-            for (std::size_t s = begin; s < end; ++s) {
-                SiteError& site = of_site[s];
-                const Eigen::Index first = Eigen::Index(s - begin) * (n + 1) * (n + 1);
-                const auto at = [&](int i, int j) { return offset.row(first + i * (n + 1) + j); };
-                for (int i = 0; i <= n; ++i) {
-                    for (int j = 0; j <= n; ++j) {
-                        site.surface.add(at(i, j).norm());
-                        if (i < n) site.change_u += (at(i + 1, j) - at(i, j)).squaredNorm();
-                        if (j < n) site.change_v += (at(i, j + 1) - at(i, j)).squaredNorm();
-                    }
-                }
-            }
-        });
-    for (std::size_t s = 0; s < sites.size(); ++s) {
-        const SiteError& site = of_site[s];
-        FaceError& face = error.faces[sites[s].face.index()];
-        error.surface.add(site.surface);
-        face.max = std::max(face.max, site.surface.max);
-        face.change_u += site.change_u;
-        face.change_v += site.change_v;
-    }
-}
 
 void measure_curves(const mesh::Cage& cage, const LevelFit& fitted,
                     const geom::ReferenceSurface& reference, int n, LevelError& error) {
@@ -87,34 +44,19 @@ void measure_curves(const mesh::Cage& cage, const LevelFit& fitted,
     }
 }
 
-void measure_reverse(const mesh::Cage& cage, const std::vector<geom::Vec3>& points,
-                     double tolerance, LevelError& error) {
-    if (points.empty()) return;
-    const auto sites = face_sites(*cage.topology);
-    for (const NearLimit& near : LimitSearch(cage.topology).nearest(cage.points, points)) {
-        error.reverse.add(near.distance);
-        FaceError& face = error.faces[sites[std::size_t(near.site)].face.index()];
-        if (near.distance > tolerance) {
-            face.beyond.extend(Eigen::Vector2d(near.u, near.v));
-            ++face.beyond_count;
-        }
-        if (near.distance <= face.reverse) continue;
-        face.reverse = near.distance;
-        face.reverse_at = {near.u, near.v};
-    }
-}
-
 }  // namespace
 
 LevelError measure(const mesh::Cage& cage, const LevelFit& fitted,
                    const geom::ReferenceSurface& reference, const std::vector<geom::Vec3>& points,
                    const FitOptions& options) {
     const int samples_per_edge = options.solver.samples_per_edge;
-    LevelError error;
-    error.faces.resize(std::size_t(cage.topology->face_count()));
-    measure_surface(cage, reference, samples_per_edge + 1, error);
+    // Without progress: what a time limit has ended is measured all the same.
+    const measure::LimitDeviation limit =
+        measure::measure_limit(cage, reference, points,
+                               {.intervals = samples_per_edge + 1, .far_mm = options.tolerance_mm});
+    LevelError error{.surface = limit.surface, .curves = {}, .reverse = limit.reverse, .faces = {}};
+    for (const measure::FaceDeviation& face : limit.faces) error.faces.push_back({face});
     measure_curves(cage, fitted, reference, 2 * samples_per_edge, error);
-    measure_reverse(cage, points, options.tolerance_mm, error);
     return error;
 }
 

@@ -125,7 +125,8 @@ Projection Projector::project_surface(const Points& points, const Projection* la
     return p;
 }
 
-std::vector<NearLimit> Projector::nearest(const Points& points, const std::vector<Vec3>& queries) {
+std::vector<measure::NearLimit> Projector::nearest(const Points& points,
+                                                   const std::vector<Vec3>& queries) {
     if (!search_) search_.emplace(topology_);
     return search_->nearest(points, queries);
 }
@@ -133,7 +134,7 @@ std::vector<NearLimit> Projector::nearest(const Points& points, const std::vecto
 void Projector::add_reverse_targets(const Points& points, Projection& p) const {
     if (reverse_targets_.empty()) return;
     const int n = options_.solver.samples_per_edge;
-    const std::vector<NearLimit> near = search_->nearest(points, reverse_targets_);
+    const std::vector<measure::NearLimit> near = search_->nearest(points, reverse_targets_);
     // A sample takes the farthest of the points that are nearest to it.
     std::vector<double> distance(std::size_t(p.limit.rows()),
                                  convergence_fraction * options_.tolerance_mm);

@@ -1,9 +1,9 @@
 // Samples the limit surface of one level and projects the samples onto the reference.
 #pragma once
 
-#include "fit/loop/coverage.h"
 #include "fit/loop/projection.h"
 #include "fit/match/dart_samples.h"
+#include "measure/limit_search.h"
 
 #include <functional>
 #include <optional>
@@ -44,8 +44,8 @@ class Projector {
                                              const Projection* last) const;
 
     /// Limit points nearest to points of the reference.
-    [[nodiscard]] std::vector<NearLimit> nearest(const geom::Points& points,
-                                                 const std::vector<geom::Vec3>& queries);
+    [[nodiscard]] std::vector<measure::NearLimit> nearest(const geom::Points& points,
+                                                          const std::vector<geom::Vec3>& queries);
     /// Points of the reference that become targets of the samples nearest to them; see nearest().
     void set_reverse_targets(std::vector<geom::Vec3> targets) {
         reverse_targets_ = std::move(targets);
@@ -76,7 +76,7 @@ class Projector {
     DartSamples darts_;
     subd::LimitOperator surface_, curve_;
     geom::Points given_limit_, given_normals_;  // of the samples of surface_
-    std::optional<LimitSearch> search_;
+    std::optional<measure::LimitSearch> search_;
     std::vector<geom::Vec3> reverse_targets_;
 };
 

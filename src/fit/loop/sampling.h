@@ -1,6 +1,8 @@
 // The points of the limit surface that a fit samples.
 #pragma once
 
+#include "measure/limit_sites.h"
+
 #include <patchwright/mesh/topology.h>
 #include <patchwright/subd/limit_operator.h>
 
@@ -28,17 +30,12 @@ struct CurveSampling {
     std::vector<EdgeChain> chains;
 };
 
-/// Parameters ((i + 1/2) / n, (j + 1/2) / n).
-subd::ParameterSet interior_grid(int n);
-
-/// The whole face including its border: (i / n, j / n), i and j from 0 to n.
-subd::ParameterSet closed_grid(int n);
+using measure::closed_grid;
+using measure::face_sites;
+using measure::interior_grid;
 
 /// Set i samples side i of the square (v = 0, u = 1, v = 1, u = 0) at (k + 1/2) / n.
 std::vector<subd::ParameterSet> side_sets(int n);
-
-/// Every face, each sector of faces that are no quads; all use set 0.
-std::vector<subd::Site> face_sites(const mesh::Topology& topology);
 
 /// Every infinitely sharp crease and every boundary edge once, chain by chain, for use with
 /// side_sets().

@@ -312,13 +312,13 @@ std::vector<geom::SurfaceSample> CadReference::sample(int count) const {
 std::vector<geom::SurfacePiece> CadReference::pieces() const {
     std::vector<geom::SurfacePiece> result;
     result.reserve(impl_->search.mesh.triangles.size());
-    for (const MeshTriangle& t : impl_->search.mesh.triangles)
-        result.push_back({t.face, t.uv, t.sickle});
+    for (const MeshTriangle& t : impl_->search.mesh.triangles) result.push_back({t.face, t.uv});
     return result;
 }
 
-Vec3 CadReference::point_on_face(int face, const Eigen::Vector2d& uv) const {
-    return impl_->search.surfaces[std::size_t(face)].at(uv);
+geom::FootPoint CadReference::point_on_face(int face, const Eigen::Vector2d& uv) const {
+    const FaceSurface& surface = impl_->search.surfaces[std::size_t(face)];
+    return {surface.at(uv), surface.normal(uv), 0.0, face, uv};
 }
 
 geom::SurfaceMesh CadReference::surface_mesh(double deflection_mm) const {

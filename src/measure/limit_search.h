@@ -1,18 +1,19 @@
-// The other way round: how near the limit surface comes to points of the reference.
+// Where a limit surface is nearest to given points.
 #pragma once
 
 #include "geom/bvh.h"
 
+#include <patchwright/base/progress.h>
 #include <patchwright/mesh/cage.h>
 #include <patchwright/subd/limit_operator.h>
 
 #include <vector>
 
-namespace patchwright::fit {
+namespace patchwright::measure {
 
-/// A limit point near a point of the reference.
+/// A limit point near a query; lengths in the cage's unit.
 struct NearLimit {
-    int site = -1;  ///< number among face_sites()
+    int site = 0;  ///< number among face_sites()
     double u = 0.0, v = 0.0;
     geom::Vec3 point = geom::Vec3::Zero();
     geom::Vec3 normal = geom::Vec3::Zero();  ///< unit, or zero where there is none
@@ -26,8 +27,11 @@ class LimitSearch {
 
     /// For each query a limit point of the face whose facets are nearest, brought nearer by
     /// Gauss-Newton steps: so its distance is never less than the limit surface's.
+    /// @param control_points  one row a vertex of the topology
+    /// @throw Cancelled when the progress callback asks for it
     [[nodiscard]] std::vector<NearLimit> nearest(const geom::Points& control_points,
-                                                 const std::vector<geom::Vec3>& queries) const;
+                                                 const std::vector<geom::Vec3>& queries,
+                                                 const base::Progress& progress = {}) const;
 
   private:
     [[nodiscard]] NearLimit improved(const geom::Points& control_points, NearLimit start,
@@ -38,4 +42,4 @@ class LimitSearch {
     subd::LimitEvaluator evaluator_;
 };
 
-}  // namespace patchwright::fit
+}  // namespace patchwright::measure

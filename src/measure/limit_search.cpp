@@ -1,6 +1,6 @@
-#include "fit/loop/coverage.h"
+#include "measure/limit_search.h"
 
-#include "fit/loop/sampling.h"
+#include "measure/limit_sites.h"
 
 #include <patchwright/base/parallel.h>
 #include <patchwright/geom/nearest.h>
@@ -11,7 +11,7 @@
 #include <limits>
 #include <span>
 
-namespace patchwright::fit {
+namespace patchwright::measure {
 
 namespace {
 
@@ -116,59 +116,85 @@ NearLimit LimitSearch::improved(const Points& control_points, NearLimit best,
     return best;
 }
 
-std::vector<NearLimit> LimitSearch::nearest(const Points& control_points,
-                                            const std::vector<Vec3>& queries) const {
-    static const auto facets = facets_of_site();
-    Points grid;
-    grid_.apply(control_points, grid);
-    const auto corners = [&](int number) {
-        const std::size_t site = std::size_t(number) / facets.size();
+namespace {
+
+/// The limit surface as flat facets: n x n squares a site, halved.
+class FacetTree {
+  public:
+    FacetTree(const subd::LimitOperator& grid, const Points& control_points)
+        : rows_(grid.site_rows()) {
+        grid.apply(control_points, points_);
+        std::vector<geom::Box3> boxes((rows_.size() - 1) * facets_.size());
+        for (std::size_t t = 0; t < boxes.size(); ++t) {
+            for (const Vec3& p : corners(int(t))) boxes[t].add(p);
+        }
+        tree_ = geom::Bvh(boxes);
+    }
+
+    void find(const Vec3& query, NearestSites& near) const {
+        near.clear();
+        tree_.nearest(query, std::numeric_limits<double>::infinity(), [&](int t, double bound) {
+            const auto corner = corners(t);
+            const Vec3 w = geom::nearest_weights(query, corner);
+            const Vec3 point = w[0] * corner[0] + w[1] * corner[1] + w[2] * corner[2];
+            const double distance = (point - query).norm();
+            if (!(distance < bound)) return bound;
+            const double side =
+                std::max((corner[1] - corner[0]).norm(), (corner[2] - corner[0]).norm());
+            const auto& facet = facets_[std::size_t(t) % facets_.size()];
+            NearLimit start{.site = t / int(facets_.size()), .distance = distance};
+            for (std::size_t k = 0; k < 3; ++k) {
+                start.u += w[Eigen::Index(k)] * (facet[k] / (n + 1)) / n;
+                start.v += w[Eigen::Index(k)] * (facet[k] % (n + 1)) / n;
+            }
+            start.u = std::min(start.u, 1.0);  // weights may add up to a little more than 1
+            start.v = std::min(start.v, 1.0);
+            near.add(start);
+            return std::min(bound, distance + bulge * side);
+        });
+    }
+
+  private:
+    [[nodiscard]] std::array<Vec3, 3> corners(int number) const {
+        const std::size_t site = std::size_t(number) / facets_.size();
         std::array<Vec3, 3> result;
         for (std::size_t k = 0; k < 3; ++k) {
-            result[k] =
-                grid.row(grid_.site_rows()[site] + facets[std::size_t(number) % facets.size()][k])
-                    .transpose();
+            result[k] = points_.row(rows_[site] + facets_[std::size_t(number) % facets_.size()][k])
+                            .transpose();
         }
         return result;
-    };
-    std::vector<geom::Box3> boxes(sites_.size() * facets.size());
-    for (std::size_t t = 0; t < boxes.size(); ++t) {
-        for (const Vec3& p : corners(int(t))) boxes[t].add(p);
     }
-    const geom::Bvh tree(boxes);
+
+    const std::vector<std::int32_t>& rows_;
+    const std::array<Facet, std::size_t(2 * n * n)> facets_ = facets_of_site();
+    Points points_;
+    geom::Bvh tree_;
+};
+
+}  // namespace
+
+std::vector<NearLimit> LimitSearch::nearest(const Points& control_points,
+                                            const std::vector<Vec3>& queries,
+                                            const base::Progress& progress) const {
+    const FacetTree facets(grid_, control_points);
     std::vector<NearLimit> result(queries.size());
-    base::parallel_for(queries.size(), 64, [&](std::size_t first, std::size_t last) {
-        NearestSites near;
-        for (std::size_t q = first; q < last; ++q) {
-            const Vec3& query = queries[q];
-            near.clear();
-            tree.nearest(query, std::numeric_limits<double>::infinity(), [&](int t, double bound) {
-                const auto corner = corners(t);
-                const Vec3 w = geom::nearest_weights(query, corner);
-                const Vec3 point = w[0] * corner[0] + w[1] * corner[1] + w[2] * corner[2];
-                const double distance = (point - query).norm();
-                if (!(distance < bound)) return bound;
-                const double side =
-                    std::max((corner[1] - corner[0]).norm(), (corner[2] - corner[0]).norm());
-                const auto& facet = facets[std::size_t(t) % facets.size()];
-                NearLimit start{.site = t / int(facets.size()), .distance = distance};
-                for (std::size_t k = 0; k < 3; ++k) {
-                    start.u += w[Eigen::Index(k)] * (facet[k] / (n + 1)) / n;
-                    start.v += w[Eigen::Index(k)] * (facet[k] % (n + 1)) / n;
+    constexpr std::size_t block = 8192, grain = 64;
+    for (std::size_t start = 0; start < queries.size(); start += block) {
+        base::report_progress(progress, "coverage", double(start) / double(queries.size()));
+        const std::size_t count = std::min(block, queries.size() - start);
+        base::parallel_for(count, grain, [&](std::size_t first, std::size_t last) {
+            NearestSites near;
+            for (std::size_t q = start + first; q < start + last; ++q) {
+                facets.find(queries[q], near);
+                result[q].distance = std::numeric_limits<double>::infinity();
+                for (const NearLimit& at : near.sites()) {
+                    const NearLimit found = improved(control_points, at, queries[q]);
+                    if (found.distance < result[q].distance) result[q] = found;
                 }
-                start.u = std::min(start.u, 1.0);  // weights may add up to a little more than 1
-                start.v = std::min(start.v, 1.0);
-                near.add(start);
-                return std::min(bound, distance + bulge * side);
-            });
-            result[q].distance = std::numeric_limits<double>::infinity();
-            for (const NearLimit& start : near.sites()) {
-                const NearLimit found = improved(control_points, start, query);
-                if (found.distance < result[q].distance) result[q] = found;
             }
-        }
-    });
+        });
+    }
     return result;
 }
 
-}  // namespace patchwright::fit
+}  // namespace patchwright::measure
