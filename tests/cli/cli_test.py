@@ -1,66 +1,17 @@
 """The command line as a user meets it: exit codes, one-line errors, reports, files left alone.
 
-Usage: cli_test.py PATCHWRIGHT SAMPLES_DIR CAD_DIR [unittest arguments]
-CAD_DIR holds real files; tests that want one are skipped when it is absent.
+Usage: cli_test.py PATCHWRIGHT SAMPLES_DIR [unittest arguments]
 """
 import json
 import math
 import os
-import pathlib
-import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 
-PATCHWRIGHT = sys.argv[1]
-SAMPLES = pathlib.Path(sys.argv[2])
-REAL = pathlib.Path(sys.argv[3])
-WING = SAMPLES / "wing"
-
-
-def run(*arguments, **options):
-    return subprocess.run([PATCHWRIGHT, *map(str, arguments)], capture_output=True, text=True, timeout=300, **options)
-
-
-class CliTest(unittest.TestCase):
-    def setUp(self):
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="patchwright"))
-        self.addCleanup(shutil.rmtree, self.folder)
-
-    def path(self, name, text=None):
-        path = self.folder / name
-        if text is not None:
-            path.write_text(text)
-        return path
-
-    def check_error(self, result, code, *parts):
-        self.assertEqual(result.returncode, code, result.stderr)
-        lines = [line for line in result.stderr.splitlines() if not line.startswith("note: ")]
-        self.assertEqual(len(lines), 1, result.stderr)
-        for part in parts:
-            self.assertIn(part, lines[0])
-        self.assertEqual(result.stdout, "")
-
-    def check_refused(self, arguments, code, *parts):
-        """`{out}` in the arguments is an existing file, which must stay as it is, alone in its folder."""
-        folder = self.folder / "out"
-        folder.mkdir(exist_ok=True)
-        for suffix in (".step", ".obj"):
-            (folder / f"old{suffix}").write_text("old")
-        arguments = [str(a).replace("{out}", str(folder / "old")) for a in arguments]
-        self.check_error(run(*arguments), code, *parts)
-        self.assertEqual(sorted(os.listdir(folder)), ["old.obj", "old.step"])
-        for old in folder.iterdir():
-            self.assertEqual(old.read_text(), "old")
-
-    def report(self, *arguments, code=0):
-        file = self.path("report.json")
-        result = run(*arguments, "--json", file)
-        self.assertEqual(result.returncode, code, result.stderr)
-        return json.loads(file.read_text())
+from command_line import CliTest, PATCHWRIGHT, run, SAMPLES, WING
 
 
 class Grids(CliTest):
@@ -399,54 +350,5 @@ class Demo(CliTest):
         self.assertIn("Deviation", self.path("wing.html").read_text())
 
 
-class RealFiles(CliTest):
-    def file(self, name):
-        if not (REAL / name).exists():
-            self.skipTest(f"{name} is not in {REAL}")
-        return REAL / name
-
-    def test_an_airliners_half_wing_becomes_one_closed_solid(self):
-        file = self.path("wing.json")
-        result = run("convert", self.file("tigl_d150_wing.igs"), "--cage", SAMPLES / "d150_wing" / "cage.obj",
-                     "-o", self.path("wing.step"), "--json", file, "--tolerance", "1e-3rel")
-        self.assertEqual(result.returncode, 0, result.stderr)
-        report = json.loads(file.read_text())
-        self.assertEqual(report["solid"]["solids"], 1)
-        self.assertTrue(report["solid"]["closed"] and report["solid"]["valid"] and report["solid"]["all_bicubic"])
-        self.assertLess(report["continuity"]["max_gap"], 1e-9 * report["input"]["diagonal"])
-
-    def test_cages_made_by_hand_reach_the_tolerance(self):
-        for name, cage, vertices in (("naca_wing_dealii.iges", "naca_wing", 100), ("iea15_blade.igs", "blade", 600)):
-            with self.subTest(name):
-                report = self.report("convert", self.file(name), "--cage", SAMPLES / cage / "cage.obj", "-o", self.path("out.step"))
-                self.assertTrue(report["fit"]["met"])
-                self.assertTrue(report["solid"]["valid"])
-                self.assertLess(report["fit"]["levels"][report["fit"]["best_level"]]["vertices"], vertices)
-                for side in ("output_to_input", "input_to_output"):
-                    self.assertLess(report["deviation"][side]["max"], 1e-4 * report["input"]["diagonal"])
-
-    def test_a_file_that_runs_into_column_65_is_read_with_a_notice(self):
-        file = self.path("report.json")
-        result = run("inspect", self.file("c172_wing_pyspline.igs"), "--json", file)
-        self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("column 65", result.stderr)
-        report = json.loads(file.read_text())
-        self.assertEqual(report["input"]["faces"], 6)
-        self.assertEqual(report["details"]["free_curves"], 1)
-
-    def test_a_size_that_looks_wrong_draws_a_note(self):
-        blade = self.file("iea15_blade.stp")  # 117 m, marked mm
-        self.assertIn("0.117 m across", run("inspect", blade).stderr)
-        self.assertNotIn("across", run("inspect", blade, "--input-unit", "m").stderr)
-
-    def test_an_inspection_tells_details(self):
-        report = json.loads(run("inspect", self.file("nosecone_sw.step"), "--json", "-").stdout)
-        details = report["details"]
-        self.assertEqual(details["coloured_faces"], 59)
-        self.assertEqual(details["overlapping_solids"], [])
-        self.assertGreater(details["sharp_curves"], 0)
-        self.assertAlmostEqual(details["centre_of_mass"][2], 0.0, delta=1e-4)  # half a mould, symmetric
-
-
 if __name__ == "__main__":
-    unittest.main(argv=[sys.argv[0], *sys.argv[4:]])
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])

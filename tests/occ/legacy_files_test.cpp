@@ -1,5 +1,7 @@
 // Files as programs of the trade wrote them. Units, schemas and numbers of faces are what the files
 // say; sizes come from the kernel's optimal boxes, which this project does not use.
+#include "support/skip.h"
+
 #include <patchwright/base/error.h>
 #include <patchwright/occ/inspect.h>
 
@@ -48,22 +50,17 @@ const std::vector<LegacyFile> files{
     {"wt_nacelle_sw.step", LengthUnit::Metre, 10, {11487, 10000, 10180}, true, 1, "AP214"},
 };
 
-/// Empty when the collection of files is not there.
-std::filesystem::path legacy(const std::string& name) {
-    const auto path = std::filesystem::path(PATCHWRIGHT_LEGACY_CAD_DIR) / name;
-    if (std::filesystem::exists(path)) return path;
-    WARN("skipped: " << path.string() << " is not there");
-    return {};
-}
+const std::filesystem::path folder = PATCHWRIGHT_LEGACY_CAD_DIR;
 
 }  // namespace
 
 TEST_CASE("legacy files keep unit, size and faces and become what they can", "[occ][legacy]") {
     for (const LegacyFile& file : files) {
+        if (!test::all_there(folder, {file.name})) return;
+    }
+    for (const LegacyFile& file : files) {
         CAPTURE(file.name);
-        const auto path = legacy(file.name);
-        if (path.empty()) return;
-        const occ::ReadResult read = occ::read_cad(path);
+        const occ::ReadResult read = occ::read_cad(folder / file.name);
         CHECK(read.report.unit == file.unit);
         CHECK(read.report.schema == file.schema);
         CHECK(read.report.faces_in_file == file.faces);
@@ -81,20 +78,19 @@ TEST_CASE("legacy files keep unit, size and faces and become what they can", "[o
 }
 
 TEST_CASE("two exports of one part have the same volume and area", "[occ][legacy][oracle]") {
-    const auto a = legacy("nosecone_sw.igs"), b = legacy("nosecone_sw.step");
-    if (a.empty() || b.empty()) return;
-    const occ::Inspection iges = occ::inspect(occ::read_cad(a).model);
-    const occ::Inspection step = occ::inspect(occ::read_cad(b).model);
+    if (!test::all_there(folder, {"nosecone_sw.igs", "nosecone_sw.step"})) return;
+    const occ::Inspection iges = occ::inspect(occ::read_cad(folder / "nosecone_sw.igs").model);
+    const occ::Inspection step = occ::inspect(occ::read_cad(folder / "nosecone_sw.step").model);
     CHECK(iges.volume_mm3 == Approx(step.volume_mm3).epsilon(1e-4));
     CHECK(iges.area_mm2 == Approx(step.area_mm2).epsilon(1e-4));
 }
 
 TEST_CASE("sewing that closes nothing is not done", "[occ][legacy]") {
-    for (const char* name : {"tigl_nacelle.stp", "dtmb5415_bow.iges"}) {
+    const auto names = {"tigl_nacelle.stp", "dtmb5415_bow.iges"};
+    if (!test::all_there(folder, names)) return;
+    for (const char* name : names) {
         CAPTURE(name);
-        const auto path = legacy(name);
-        if (path.empty()) return;
-        const occ::ReadReport report = occ::read_cad(path).report;
+        const occ::ReadReport report = occ::read_cad(folder / name).report;
         CHECK(report.sewing_tolerance_mm == 0.0);
         CHECK(report.largest_gap_mm == 0.0);
         CHECK(report.free_edges_after == report.free_edges_before);
@@ -104,9 +100,8 @@ TEST_CASE("sewing that closes nothing is not done", "[occ][legacy]") {
 TEST_CASE("kernel bug: sewing leaves p-curves out of step with kinked edges", "[occ][legacy]") {
     // OpenVSP: profiles are C0 and run the other way in the neighbour. Left alone, an edge
     // tolerance of 6 mm and a volume that is 1.4 % off come of it.
-    const auto path = legacy("endplate_wing_vsp.stp");
-    if (path.empty()) return;
-    const occ::ReadResult read = occ::read_cad(path);
+    if (!test::all_there(folder, {"endplate_wing_vsp.stp"})) return;
+    const occ::ReadResult read = occ::read_cad(folder / "endplate_wing_vsp.stp");
     CHECK(read.report.largest_gap_mm < 1e-6);
     const occ::Inspection i = occ::inspect(read.model);
     CHECK(i.max_tolerance_mm < 1e-5);
@@ -118,9 +113,8 @@ TEST_CASE("kernel bug: sewing leaves p-curves out of step with kinked edges", "[
 }
 
 TEST_CASE("records that run into column 65 are read as meant", "[occ][legacy]") {
-    const auto path = legacy("c172_wing_pyspline.igs");
-    if (path.empty()) return;
-    const occ::ReadResult read = occ::read_cad(path);
+    if (!test::all_there(folder, {"c172_wing_pyspline.igs"})) return;
+    const occ::ReadResult read = occ::read_cad(folder / "c172_wing_pyspline.igs");
     REQUIRE_FALSE(read.report.notices.empty());
     CHECK_THAT(read.report.notices.front(), Contains("column 65"));
     const occ::Inspection i = occ::inspect(read.model);
@@ -135,9 +129,8 @@ TEST_CASE("records that run into column 65 are read as meant", "[occ][legacy]") 
 
 TEST_CASE("large gaps are not sewn when the shape stays open anyway", "[occ][legacy]") {
     // The blade's tip opens by 105 mm over 117 m, and its root is open.
-    const auto path = legacy("iea15_blade.igs");
-    if (path.empty()) return;
-    const occ::ReadReport report = occ::read_cad(path).report;
+    if (!test::all_there(folder, {"iea15_blade.igs"})) return;
+    const occ::ReadReport report = occ::read_cad(folder / "iea15_blade.igs").report;
     CHECK(report.free_edges_after == 5);
     CHECK(report.largest_gap_mm < 1.0);
     CHECK(report.smallest_open_gap_mm > 50.0);
