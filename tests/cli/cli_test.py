@@ -288,13 +288,20 @@ class Results(CliTest):
         self.assertEqual(run("compare", rim, rim, "--tolerance", "1e-6rel").returncode, 0)
 
     def test_a_self_intersecting_cage_is_not_met(self):
-        # A cube whose top is pushed through its bottom: volume negative or faces that cross.
-        text = (SAMPLES / "cages" / "cube.obj").read_text().splitlines()
-        turned = [" ".join([*line.split()[:3], str(-3.0 * float(line.split()[3]))])
-                  if line.startswith("v ") and float(line.split()[3]) > 0 else line for line in text]
+        # A cube whose top is turned by half a turn: its four sides meet in the axis.
+        turned = []
+        for line in (SAMPLES / "cages" / "cube.obj").read_text().splitlines():
+            kind, *rest = line.split() or [""]
+            if kind == "v" and float(rest[2]) > 0:
+                line = f"v {-float(rest[0])} {-float(rest[1])} {rest[2]}"
+            turned.append(line)
         cage = self.path("crossed.obj", "\n".join(turned) + "\n")
         verdict = self.report("export", cage, "-o", self.path("crossed.step"), code=3)["verdict"]
         self.assertFalse(verdict["met"])
+
+    def test_a_cage_without_size_is_refused(self):
+        cage = self.path("point.obj", "v 1 2 3\n" * 4 + "f 1 2 3 4\n")
+        self.check_refused(["export", cage, "-o", "{out}.step"], 2, "point.obj", "one place")
 
     def test_a_time_limit_is_kept_and_said(self):
         out = self.path("wing.step")

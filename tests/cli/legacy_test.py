@@ -23,8 +23,10 @@ class LegacyFiles(CliTest):
         file = self.path("wing.json")
         result = run("convert", self.file("tigl_d150_wing.igs"), "--cage", SAMPLES / "d150_wing" / "cage.obj",
                      "-o", self.path("wing.step"), "--json", file, "--tolerance", "1e-3rel")
-        self.assertEqual(result.returncode, 0, result.stderr)
         report = json.loads(file.read_text())
+        # The cage has no line along the nose, which is sharp on a part of the span: that, and nothing else, is missed.
+        self.assertEqual(result.returncode, 3, result.stderr)
+        self.assertEqual([c["name"] for c in report["verdict"]["conditions"] if not c["met"]], ["sharp_curves"])
         self.assertEqual(report["solid"]["solids"], 1)
         self.assertTrue(report["solid"]["closed"] and report["solid"]["valid"] and report["solid"]["all_bicubic"])
         self.assertLess(report["continuity"]["max_gap"], 1e-9 * report["input"]["diagonal"])

@@ -97,6 +97,8 @@ int Run::finish() {
 mesh::Cage read_cage(Run& run, const std::string& file, base::LengthUnit unit) {
     mesh::BuildResult result = mesh::read_obj(std::filesystem::path(file));
     result.cage.points *= base::millimetres_per(unit);
+    if (!(geom::bounding_box(result.cage.points).diagonal() > 0.0))
+        throw base::InputError(fmt::format("{}: all vertices are in one place", file));
     run.report.cage = mesh::summarise(*result.cage.topology);
     if (result.flipped_faces > 0) {
         run.notice(fmt::format("{}: {} faces were turned to agree with the others", file,
