@@ -38,9 +38,11 @@ Source read_model(const std::string& file, const SourceOptions& options) {
                     .solids = source.figures.solids,
                     .faces = source.figures.faces,
                     .free_edges = source.figures.free_edges,
-                    .diagonal = diagonal,
-                    .largest_gap_closed = read.largest_gap_mm,
-                    .sewing_tolerance = read.sewing_tolerance_mm};
+                    .diagonal = diagonal};
+    if (read.sewn) {
+        source.input.largest_gap_closed = read.sewn->largest_mm;
+        source.input.sewing_tolerance = read.sewn->tolerance_mm;
+    }
     if (!options.with_surface) return source;
     occ::ReferenceOptions reference{.progress = options.progress};
     if (options.sharp_angle_rad) reference.sharp_angle_rad = *options.sharp_angle_rad;

@@ -23,16 +23,17 @@ using mesh::CornerId;
 using mesh::FaceId;
 using mesh::Topology;
 
-constexpr double default_tolerance = 1e-5;  // of the cage's diagonal
+/// Of the cage's diagonal: a tenth of 1e-4, the tolerance of a close conversion.
+constexpr double default_tolerance_rel = 1e-5;
 
 void check(const ExtractOptions& options) {
     if (options.cap_depth && (*options.cap_depth < 1 || *options.cap_depth > max_cap_depth)) {
         throw base::InvalidArgument(fmt::format("cap depth {} is out of range; use 1 to {}",
                                                 *options.cap_depth, max_cap_depth));
     }
-    if (!(options.tolerance_mm >= 0.0)) {
+    if (options.tolerance_mm && !(*options.tolerance_mm > 0.0)) {
         throw base::InvalidArgument(
-            fmt::format("tolerance {} is negative; use 0 or more", options.tolerance_mm));
+            fmt::format("tolerance {} mm is not positive", *options.tolerance_mm));
     }
 }
 
@@ -69,10 +70,8 @@ void build_caps(SurfaceSource& source, const ExtractOptions& options) {
             if (!fan.is_regular()) irregular.push_back(std::move(fan));
         }
     }
-    const double tolerance =
-        options.tolerance_mm > 0.0
-            ? options.tolerance_mm
-            : default_tolerance * geom::bounding_box(source.cage.points).diagonal();
+    const double tolerance = options.tolerance_mm.value_or(
+        default_tolerance_rel * geom::bounding_box(source.cage.points).diagonal());
     CapBuilder builder(source.cage, options, tolerance, source.table);
     source.caps.resize(irregular.size());
     base::parallel_for(irregular.size(), 16, [&](std::size_t first, std::size_t last) {

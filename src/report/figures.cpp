@@ -86,9 +86,9 @@ class SectionWriter {
             base::short_name(i.unit));
         if (!i.originating_system.empty()) row("written by", "{}", i.originating_system);
         row("content", "{} solids, {} faces, {} free edges", i.solids, i.faces, i.free_edges);
-        if (i.sewing_tolerance > 0.0) {
-            row("sewn", "gaps up to {}, tolerance {}", length(i.largest_gap_closed),
-                length(i.sewing_tolerance));
+        if (i.sewing_tolerance) {
+            row("sewn", "gaps up to {}, tolerance {}", length(i.largest_gap_closed.value_or(0.0)),
+                length(*i.sewing_tolerance));
         }
         row("diagonal", "{}", length(i.diagonal));
     }
@@ -172,13 +172,16 @@ class SectionWriter {
         sections_.push_back({"Details", {}});
         row("smallest face", "number {}, {:.4g} {}", d.smallest_face,
             d.smallest_area * scale_ * scale_, unit(2));
-        row("narrowest face", "number {}, {} wide", d.narrowest_face, length(d.narrowest_width));
-        row("shortest edge", "{} at {}", relative(d.shortest_edge), place(d.shortest_edge_at));
+        if (d.narrowest_face)
+            row("narrowest face", "number {}, {} wide", *d.narrowest_face,
+                length(d.narrowest_width));
+        if (d.shortest_edge)
+            row("shortest edge", "{} at {}", relative(*d.shortest_edge), place(d.shortest_edge_at));
         row("tolerances", "vertices {}, edges {}, faces {}", length(d.vertex_tolerance),
             length(d.edge_tolerance), length(d.face_tolerance));
-        if (d.largest_open_gap > 0.0)
-            row("free edges", "{} to {} from the next one", relative(d.smallest_open_gap),
-                relative(d.largest_open_gap));
+        if (d.smallest_open_gap && d.largest_open_gap)
+            row("free edges", "{} to {} from the next one", relative(*d.smallest_open_gap),
+                relative(*d.largest_open_gap));
         row("edges", "{} sharp, {} smooth", d.sharp_edges, d.smooth_edges);
         row("features", "{} sharp curves, {} free curves, {} corners", d.sharp_curves,
             d.free_curves, d.corners);

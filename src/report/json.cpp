@@ -84,8 +84,8 @@ class Writer {
                 {"faces", i.faces},
                 {"free_edges", i.free_edges},
                 {"diagonal", length(i.diagonal)},
-                {"largest_gap_closed", length(i.largest_gap_closed)},
-                {"sewing_tolerance", length(i.sewing_tolerance)}};
+                {"largest_gap_closed", length(i.largest_gap_closed.value_or(0.0))},
+                {"sewing_tolerance", length(i.sewing_tolerance.value_or(0.0))}};
     }
     static Json cage(const mesh::CageSummary& c) {
         return {{"vertices", c.vertices},
@@ -209,34 +209,38 @@ class Writer {
         const double moment = std::pow(scale_, d.moments_of_volume ? 5 : 4);
         Json moments = Json::array();
         for (const double m : d.principal_moments) moments.push_back(m * moment);
-        return {
-            {"smallest_face",
-             {{"face", d.smallest_face}, {"area", d.smallest_area * scale_ * scale_}}},
-            {"narrowest_face", {{"face", d.narrowest_face}, {"width", length(d.narrowest_width)}}},
-            {"shortest_edge",
-             {{"length", length(d.shortest_edge)}, {"at", point(d.shortest_edge_at)}}},
-            {"tolerances",
-             {{"vertex", length(d.vertex_tolerance)},
-              {"edge", length(d.edge_tolerance)},
-              {"face", length(d.face_tolerance)}}},
-            {"open_gaps",
-             {{"smallest", length(d.smallest_open_gap)}, {"largest", length(d.largest_open_gap)}}},
-            {"sharp_edges", d.sharp_edges},
-            {"smooth_edges", d.smooth_edges},
-            {"sharp_curves", d.sharp_curves},
-            {"free_curves", d.free_curves},
-            {"corners", d.corners},
-            {"kinked_faces", d.kinked_faces},
-            {"largest_kink_deg", d.largest_kink_rad * 180.0 / M_PI},
-            {"largest_kink_at", point(d.largest_kink_at)},
-            {"centre_of_mass", point(d.centre_of_mass)},
-            {"principal_moments", moments},
-            {"named_faces", d.named_faces},
-            {"coloured_faces", d.coloured_faces},
-            {"overlapping_solids", d.overlapping_solids},
-            {"duplicates_dropped", d.duplicates_dropped},
-            {"slivers_dropped", d.slivers_dropped},
-            {"faces_turned", d.faces_turned}};
+        Json json{{"smallest_face",
+                   {{"face", d.smallest_face}, {"area", d.smallest_area * scale_ * scale_}}},
+                  {"tolerances",
+                   {{"vertex", length(d.vertex_tolerance)},
+                    {"edge", length(d.edge_tolerance)},
+                    {"face", length(d.face_tolerance)}}},
+                  {"open_gaps",
+                   {{"smallest", length(d.smallest_open_gap.value_or(0.0))},
+                    {"largest", length(d.largest_open_gap.value_or(0.0))}}},
+                  {"sharp_edges", d.sharp_edges},
+                  {"smooth_edges", d.smooth_edges},
+                  {"sharp_curves", d.sharp_curves},
+                  {"free_curves", d.free_curves},
+                  {"corners", d.corners},
+                  {"kinked_faces", d.kinked_faces},
+                  {"largest_kink_deg", d.largest_kink_rad * 180.0 / M_PI},
+                  {"largest_kink_at", point(d.largest_kink_at)},
+                  {"centre_of_mass", point(d.centre_of_mass)},
+                  {"principal_moments", moments},
+                  {"named_faces", d.named_faces},
+                  {"coloured_faces", d.coloured_faces},
+                  {"overlapping_solids", d.overlapping_solids},
+                  {"duplicates_dropped", d.duplicates_dropped},
+                  {"slivers_dropped", d.slivers_dropped},
+                  {"faces_turned", d.faces_turned}};
+        if (d.narrowest_face)
+            json["narrowest_face"] = {{"face", *d.narrowest_face},
+                                      {"width", length(d.narrowest_width)}};
+        if (d.shortest_edge)
+            json["shortest_edge"] = {{"length", length(*d.shortest_edge)},
+                                     {"at", point(d.shortest_edge_at)}};
+        return json;
     }
     Json sharp_curves(const DeviationFigures& d) const {
         Json json = {{"input", d.sharp_curves_input}, {"output", d.sharp_curves_output}};

@@ -180,8 +180,9 @@ TEST_CASE("loose, gappy, turned faces are sewn to an outward solid", "[occ][orac
     CHECK(i.volume_mm3 == Approx(size * size * size).epsilon(1e-3));
     CHECK(read.report.free_edges_before == 24);
     CHECK(read.report.free_edges_after == 0);
-    CHECK(read.report.largest_gap_mm <= 1.5 * gap + 1e-6);
-    CHECK(read.report.largest_gap_mm >= 0.5 * gap);
+    REQUIRE(read.report.sewn);
+    CHECK(read.report.sewn->largest_mm <= 1.5 * gap + 1e-6);
+    CHECK(read.report.sewn->largest_mm >= 0.5 * gap);
 
     const occ::ReadResult as_is = occ::read_cad(folder / "loose.igs", {.heal = false});
     CHECK(occ::inspect(as_is.model).free_edges == 24);

@@ -206,4 +206,5 @@ TEST_CASE("options out of range are refused", "[patch][errors]") {
     CHECK_THROWS_AS(patch::extract(cage, {.cap_depth = 0}), base::InvalidArgument);
     CHECK_THROWS_AS(patch::extract(cage, {.cap_depth = 21}), base::InvalidArgument);
     CHECK_THROWS_AS(patch::extract(cage, {.tolerance_mm = -1.0}), base::InvalidArgument);
+    CHECK_THROWS_AS(patch::extract(cage, {.tolerance_mm = 0.0}), base::InvalidArgument);
 }

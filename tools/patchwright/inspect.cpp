@@ -19,34 +19,41 @@ struct InspectOptions {
 };
 
 report::DetailFigures detail_figures(const convert::Source& input, const occ::CloseInspection& i) {
-    return {.smallest_face = i.smallest_face,
-            .narrowest_face = i.narrowest_face,
-            .smallest_area = i.smallest_area_mm2,
-            .narrowest_width = i.narrowest_width_mm,
-            .shortest_edge = i.shortest_edge_mm,
-            .shortest_edge_at = i.shortest_edge_at,
-            .vertex_tolerance = i.vertex_tolerance_mm,
-            .edge_tolerance = i.edge_tolerance_mm,
-            .face_tolerance = i.face_tolerance_mm,
-            .smallest_open_gap = i.smallest_open_gap_mm,
-            .largest_open_gap = i.largest_open_gap_mm,
-            .sharp_edges = i.sharp_edges,
-            .smooth_edges = i.smooth_edges,
-            .sharp_curves = i.sharp_curves,
-            .free_curves = i.free_curves,
-            .corners = i.corners,
-            .kinked_faces = i.kinked_faces,
-            .largest_kink_rad = i.largest_kink_rad,
-            .largest_kink_at = i.largest_kink_at,
-            .centre_of_mass = i.centre_of_mass,
-            .principal_moments = i.principal_moments,
-            .moments_of_volume = input.figures.solids > 0,
-            .named_faces = i.named_faces,
-            .coloured_faces = i.coloured_faces,
-            .overlapping_solids = i.overlapping_solids,
-            .duplicates_dropped = input.read.duplicates_dropped,
-            .slivers_dropped = input.read.slivers_dropped,
-            .faces_turned = input.read.faces_turned};
+    report::DetailFigures result{.smallest_face = i.smallest_face,
+                                 .smallest_area = i.smallest_area_mm2,
+                                 .vertex_tolerance = i.vertex_tolerance_mm,
+                                 .edge_tolerance = i.edge_tolerance_mm,
+                                 .face_tolerance = i.face_tolerance_mm,
+                                 .sharp_edges = i.sharp_edges,
+                                 .smooth_edges = i.smooth_edges,
+                                 .sharp_curves = i.sharp_curves,
+                                 .free_curves = i.free_curves,
+                                 .corners = i.corners,
+                                 .kinked_faces = i.kinked_faces,
+                                 .largest_kink_rad = i.largest_kink_rad,
+                                 .largest_kink_at = i.largest_kink_at,
+                                 .centre_of_mass = i.centre_of_mass,
+                                 .principal_moments = i.principal_moments,
+                                 .moments_of_volume = input.figures.solids > 0,
+                                 .named_faces = i.named_faces,
+                                 .coloured_faces = i.coloured_faces,
+                                 .overlapping_solids = i.overlapping_solids,
+                                 .duplicates_dropped = input.read.duplicates_dropped,
+                                 .slivers_dropped = input.read.slivers_dropped,
+                                 .faces_turned = input.read.faces_turned};
+    if (i.narrowest) {
+        result.narrowest_face = i.narrowest->face;
+        result.narrowest_width = i.narrowest->width_mm;
+    }
+    if (i.shortest_edge) {
+        result.shortest_edge = i.shortest_edge->length_mm;
+        result.shortest_edge_at = i.shortest_edge->at;
+    }
+    if (i.open_gaps) {
+        result.smallest_open_gap = i.open_gaps->smallest_mm;
+        result.largest_open_gap = i.open_gaps->largest_mm;
+    }
+    return result;
 }
 
 report::DetailFigures mesh_details(const convert::Source& input) {
@@ -59,8 +66,8 @@ report::DetailFigures mesh_details(const convert::Source& input) {
     const int lines = static_cast<int>(input.mesh->surface_mesh(0.0).features.size());
     const geom::TriangleMesh& mesh = input.mesh->mesh();
     return {.smallest_face = m.smallest,
-            .narrowest_face = m.narrowest,
             .smallest_area = m.smallest_area,
+            .narrowest_face = m.narrowest,
             .narrowest_width = m.narrowest_width,
             .shortest_edge = m.shortest_side,
             .shortest_edge_at = m.shortest_at,

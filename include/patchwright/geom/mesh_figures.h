@@ -16,7 +16,7 @@ struct MeshFigures {
     Vec3 centre = Vec3::Zero();
     /// About the centre, of density 1, least first; mm^5 for volumes, mm^4 for surfaces.
     std::array<double, 3> moments{0.0, 0.0, 0.0};
-    int smallest = -1, narrowest = -1;                  ///< triangles
+    int smallest = 0, narrowest = 0;                    ///< triangles
     double smallest_area = 0.0, narrowest_width = 0.0;  ///< twice the area by the perimeter
     double shortest_side = 0.0;
     Vec3 shortest_at = Vec3::Zero();  ///< its middle

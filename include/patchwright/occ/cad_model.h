@@ -57,7 +57,18 @@ struct LostEntity {
     std::optional<std::string> reason;
 };
 
-/// What reading changed or noticed; empty vectors and zeros for a clean file.
+/// Smallest and largest distance from a free edge to the next one.
+struct OpenGaps {
+    double smallest_mm = 0.0, largest_mm = 0.0;
+};
+
+/// How loose faces were joined.
+struct SewnGaps {
+    double largest_mm = 0.0;    ///< that was closed
+    double tolerance_mm = 0.0;  ///< that it took
+};
+
+/// What reading changed or noticed.
 struct ReadReport {
     FileFormat format = FileFormat::Step;
     std::string schema;              ///< "AP214", "IGES 5.3", ...; may be empty
@@ -67,12 +78,10 @@ struct ReadReport {
     std::vector<LostEntity> lost;                          ///< what could not; STEP and IGES only
     int free_edges_before = 0;                             ///< edges used by one face only, as read
     int free_edges_after = 0;                              ///< after sewing
-    double largest_gap_mm = 0.0;                           ///< largest gap that sewing closed
-    double sewing_tolerance_mm = 0.0;                      ///< 0: nothing was sewn
-    /// Distances from free edges to the next one after sewing; 0 when nothing is open.
-    double smallest_open_gap_mm = 0.0, largest_open_gap_mm = 0.0;
-    int duplicates_dropped = 0;        ///< loose faces that lie on another
-    int slivers_dropped = 0;           ///< loose faces without width
+    std::optional<SewnGaps> sewn;                          ///< empty: nothing was
+    std::optional<OpenGaps> open_gaps;                     ///< after sewing; empty: nothing is open
+    int duplicates_dropped = 0;                            ///< loose faces that lie on another
+    int slivers_dropped = 0;                               ///< loose faces without width
     int faces_turned = 0;              ///< by making orientations agree and look outward
     int edges_rejoined = 0;            ///< pairs in one place whose faces had been joined crosswise
     int pcurves_replaced = 0;          ///< that ran out of step with their edges after sewing

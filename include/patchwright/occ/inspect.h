@@ -23,7 +23,7 @@ struct Inspection {
     std::map<std::string, int>
         faces_by_kind;  ///< "plane", "bspline 3x3", "bspline 3x3 rational", ...
     geom::Box3 bounds;
-    double volume_mm3 = 0.0;  ///< of the solids; 0 when there are none
+    double volume_mm3 = 0.0;  ///< sum over the solids
     double area_mm2 = 0.0;
     double max_tolerance_mm = 0.0;
     bool valid = false;   ///< BRepCheck_Analyzer

@@ -6,22 +6,29 @@
 #include <patchwright/occ/cad_model.h>
 
 #include <array>
+#include <optional>
 #include <vector>
 
 namespace patchwright::occ {
 
-/// Lengths in millimetres; numbers of faces count from 0, -1 where there is none.
+/// Lengths in millimetres; numbers of faces count from 0.
 struct CloseInspection {
-    int smallest_face = -1;
+    int smallest_face = 0;
     double smallest_area_mm2 = 0.0;
-    int narrowest_face = -1;
-    double narrowest_width_mm = 0.0;  ///< twice the area by the perimeter
-    double shortest_edge_mm = 0.0;
-    geom::Vec3 shortest_edge_at = geom::Vec3::Zero();
+    struct NarrowFace {
+        int face = 0;
+        double width_mm = 0.0;  ///< twice the area by the perimeter
+    };
+    std::optional<NarrowFace> narrowest;  ///< of the faces with edges
+    struct ShortEdge {
+        double length_mm = 0.0;
+        geom::Vec3 at = geom::Vec3::Zero();
+    };
+    std::optional<ShortEdge> shortest_edge;
 
     double vertex_tolerance_mm = 0.0, edge_tolerance_mm = 0.0,
-           face_tolerance_mm = 0.0;                                ///< largest
-    double smallest_open_gap_mm = 0.0, largest_open_gap_mm = 0.0;  ///< see ReadReport
+           face_tolerance_mm = 0.0;  ///< largest
+    std::optional<OpenGaps> open_gaps;
 
     int sharp_edges = 0, smooth_edges = 0;
     int sharp_curves = 0, free_curves = 0, corners = 0;

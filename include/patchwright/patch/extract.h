@@ -26,8 +26,8 @@ inline constexpr int max_cap_depth = 20;
 struct ExtractOptions {
     Join join = Join::G1;
     Covering covering = Covering::Charts;
-    /// How far caps may lie from the limit surface; 0: 1e-5 of the diagonal of the cage.
-    double tolerance_mm = 0.0;
+    /// How far caps may lie from the limit surface; empty: 1e-5 of the diagonal of the cage.
+    std::optional<double> tolerance_mm;
     /// Levels of knots towards extraordinary vertices, 1 to max_cap_depth; empty: what the
     /// tolerance takes. Where the cage is not regular enough around the vertex it takes more.
     std::optional<int> cap_depth;
@@ -62,7 +62,7 @@ struct Extraction {
 /// curves; where a corner of a patch meets the side of another, the side consists of several edges.
 /// Source: control points are blossoms of the regular pieces around an extraordinary vertex; see
 /// src/decisions/007-caps.md.
-/// @throw InvalidArgument when the tolerance is negative or the depth out of range
+/// @throw InvalidArgument when the tolerance is not positive or the depth out of range
 Extraction extract(const mesh::Cage& cage, const ExtractOptions& options = {});
 
 /// The middle of every crease edge's curve, one row each; empty when there are none.

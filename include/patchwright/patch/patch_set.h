@@ -21,8 +21,8 @@ using base::Colour;
 
 /// A curve between two vertices, shared by the patches on its sides.
 struct PatchEdge {
-    int start = -1;  ///< vertex at curve.begin()
-    int end = -1;    ///< vertex at curve.end()
+    int start = 0;  ///< vertex at curve.begin()
+    int end = 0;    ///< vertex at curve.end()
     geom::BsplineCurve curve;
     bool crease = false;  ///< the tangent plane may jump here
     /// How the surfaces on both sides meet; position only at creases, and beside vertices without
@@ -32,7 +32,7 @@ struct PatchEdge {
 
 /// One use of an edge as (part of) the side of a patch.
 struct EdgeUse {
-    int edge = -1;
+    int edge = 0;
     bool reversed = false;  ///< the patch's counter-clockwise boundary runs against the curve
 };
 

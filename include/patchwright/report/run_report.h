@@ -27,8 +27,7 @@ struct InputFigures {
     int faces = 0;
     int free_edges = 0;  ///< after reading and sewing
     double diagonal = 0.0;
-    double largest_gap_closed = 0.0;
-    double sewing_tolerance = 0.0;
+    std::optional<double> largest_gap_closed, sewing_tolerance;
 };
 
 struct FitFigures {
@@ -64,11 +63,14 @@ struct SolidFigures {
 
 /// What a closer look at an inspected file found; see occ::CloseInspection. Faces count from 0.
 struct DetailFigures {
-    int smallest_face = -1, narrowest_face = -1;
-    double smallest_area = 0.0, narrowest_width = 0.0, shortest_edge = 0.0;
+    int smallest_face = 0;
+    double smallest_area = 0.0;
+    std::optional<int> narrowest_face;
+    double narrowest_width = 0.0;
+    std::optional<double> shortest_edge;
     geom::Vec3 shortest_edge_at = geom::Vec3::Zero();
     double vertex_tolerance = 0.0, edge_tolerance = 0.0, face_tolerance = 0.0;
-    double smallest_open_gap = 0.0, largest_open_gap = 0.0;
+    std::optional<double> smallest_open_gap, largest_open_gap;
     int sharp_edges = 0, smooth_edges = 0, sharp_curves = 0, free_curves = 0, corners = 0;
     int kinked_faces = 0;
     double largest_kink_rad = 0.0;

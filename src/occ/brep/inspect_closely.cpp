@@ -38,7 +38,7 @@ double edge_length(const TopoDS_Shape& edge) {
 }
 
 void look_at_faces(const CadModel& model, CloseInspection& result) {
-    result.smallest_area_mm2 = result.narrowest_width_mm = infinity;
+    result.smallest_area_mm2 = infinity;
     int number = 0;
     for (const TopoDS_Face& face : faces_of(model)) {
         GProp_GProps properties;
@@ -53,34 +53,29 @@ void look_at_faces(const CadModel& model, CloseInspection& result) {
             result.smallest_area_mm2 = area;
             result.smallest_face = number;
         }
-        if (perimeter > 0.0 && 2.0 * area / perimeter < result.narrowest_width_mm) {
-            result.narrowest_width_mm = 2.0 * area / perimeter;
-            result.narrowest_face = number;
-        }
+        const double width = 2.0 * area / perimeter;
+        if (perimeter > 0.0 && (!result.narrowest || width < result.narrowest->width_mm))
+            result.narrowest = {number, width};
         ++number;
     }
-    if (result.narrowest_face < 0) result.narrowest_width_mm = 0.0;
 }
 
 void look_at_edges(const TopoDS_Shape& shape, CloseInspection& result) {
     TopTools_IndexedMapOfShape edges;
     TopExp::MapShapes(shape, TopAbs_EDGE, edges);
-    result.shortest_edge_mm = infinity;
     for (int i = 1; i <= edges.Extent(); ++i) {
         const TopoDS_Edge& edge = TopoDS::Edge(edges(i));
         if (BRep_Tool::Degenerated(edge)) continue;
         double first = 0.0, last = 0.0;
         const auto curve = BRep_Tool::Curve(edge, first, last);
         const double length = edge_length(edge);
-        if (curve.IsNull() || length >= result.shortest_edge_mm) continue;
-        result.shortest_edge_mm = length;
-        result.shortest_edge_at = vec(curve->Value(0.5 * (first + last)));
+        if (curve.IsNull() || (result.shortest_edge && length >= result.shortest_edge->length_mm))
+            continue;
+        result.shortest_edge = {length, vec(curve->Value(0.5 * (first + last)))};
     }
-    if (result.shortest_edge_mm == infinity) result.shortest_edge_mm = 0.0;
     const std::vector<double> gaps = free_edge_gaps(shape);
     if (gaps.empty() || gaps.front() == infinity) return;
-    result.smallest_open_gap_mm = gaps.front();
-    result.largest_open_gap_mm = gaps.back();
+    result.open_gaps = {gaps.front(), gaps.back()};
 }
 
 void look_at_tolerances(const TopoDS_Shape& shape, CloseInspection& result) {

@@ -137,8 +137,7 @@ std::string gap_text(double gap, double size) {
 void note_open_edges(const TopoDS_Shape& shape, double size, ReadReport& report) {
     const std::vector<double> gaps = free_edge_gaps(shape);
     if (gaps.empty()) return;
-    report.smallest_open_gap_mm = gaps.front();
-    report.largest_open_gap_mm = gaps.back();
+    report.open_gaps = {gaps.front(), gaps.back()};
     report.notices.push_back(
         fmt::format("{} free edges stay open; the next edge is between {} and {} away", gaps.size(),
                     gap_text(gaps.front(), size), gap_text(gaps.back(), size)));
@@ -152,12 +151,8 @@ TopoDS_Shape sew_sheets(const std::vector<TopoDS_Shape>& sheets, double size,
     if (free_edges == 0) return as_is;
     const SewingOptions options{.size = size, .max_wholly_rel = max_tolerance_rel};
     Sewn sewn = sew_by_gaps(sheets, options, origins);
-    if (sewn.shape.IsNull()) {
-        // Without a gap within the limit there is nothing to try.
-        note_open_edges(as_is, size, report);
-        return as_is;
-    }
-    if (sewn.free_edges >= free_edges) {
+    // Without a gap within the limit there was nothing to try.
+    if (sewn.shape.IsNull() || sewn.free_edges >= free_edges) {
         note_open_edges(as_is, size, report);
         return as_is;
     }
@@ -165,12 +160,11 @@ TopoDS_Shape sew_sheets(const std::vector<TopoDS_Shape>& sheets, double size,
     report.pcurves_replaced = bring_pcurves_into_step(sewn.shape, sewn.tolerance);
     auto impl = std::make_shared<CadModel::Impl>();
     impl->shape = sewn.shape;
-    report.sewing_tolerance_mm = sewn.tolerance;
-    report.largest_gap_mm = measure_continuity(CadModel(impl), geom::Points(0, 3)).max_gap_mm;
+    const double closed = measure_continuity(CadModel(impl), geom::Points(0, 3)).max_gap_mm;
+    report.sewn = {.largest_mm = closed, .tolerance_mm = sewn.tolerance};
     if (sewn.tolerance > options.max_partly_rel * size) {
-        report.notices.push_back(
-            fmt::format("sewing closed gaps of up to {}; look whether that is meant",
-                        gap_text(report.largest_gap_mm, size)));
+        report.notices.push_back(fmt::format(
+            "sewing closed gaps of up to {}; look whether that is meant", gap_text(closed, size)));
     }
     note_open_edges(sewn.shape, size, report);
     return sewn.shape;
