@@ -127,8 +127,14 @@ struct CapSolver::Plan {
                 point(left, 1, 2) = value(at.last_side);
             }
         }
+        fill_inner(b, unknown);
+    }
+
+    /// Points (2, 2), and those between the halves of each face, which meet with C1.
+    void fill_inner(Matrix& b, const Matrix& unknown) const {
+        const auto point = [&](int face, int i, int j) { return b.row(cap_row(face, i, j)); };
         for (int s = 0; s < n; ++s) {
-            point(s, 2, 2) = value(at.inner + s);
+            point(s, 2, 2) = unknown.row(at.inner + s);
             for (int k = 0; k < 3; ++k) {
                 point(s, 3, k) = 0.5 * (point(s, 2, k) + point(s, 4, k));
                 point(s, k, 3) = 0.5 * (point(s, k, 2) + point(s, k, 4));

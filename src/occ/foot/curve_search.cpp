@@ -188,37 +188,37 @@ CurveHit CurveSearch::nearest_on(const Chord& chord, const Vec3& query, double s
     return best;
 }
 
+inline void CurveSearch::evaluate(const Chord& chord, double t, Vec3& p, Vec3& d, Vec3& dd) const {
+    const Polynomial& powers = chord.polynomial;
+    if (powers.degree >= 0) {
+        // Horner's rule; the second derivative comes out halved.
+        const double x = (t - powers.middle) * powers.scale;
+        const Vec3* c = &powers_[std::size_t(powers.first)];
+        p = c[powers.degree];
+        d = dd = Vec3::Zero();
+        for (int k = powers.degree - 1; k >= 0; --k) {
+            dd = x * dd + d;
+            d = x * d + p;
+            p = x * p + c[k];
+        }
+        d *= powers.scale;
+        dd *= 2.0 * powers.scale * powers.scale;
+        return;
+    }
+    gp_Pnt gp;
+    gp_Vec gd, gdd;
+    (*edges_)[std::size_t(chord.edge)].curve->D2(t, gp, gd, gdd);
+    p = vec(gp);
+    d = vec(gd);
+    dd = vec(gdd);
+}
+
 CurveHit CurveSearch::descend(const Chord& chord, const Vec3& query, double s) const {
     constexpr int max_steps = 30, max_halvings = 12;
-    const Handle(Geom_Curve)& curve = (*edges_)[std::size_t(chord.edge)].curve;
     const double stride = 0.25 * (chord.end - chord.start).norm() + 1e-9 * size_;
-    const Polynomial& powers = chord.polynomial;
-    const auto evaluate = [&](double t, Vec3& p, Vec3& d, Vec3& dd) {
-        if (powers.degree >= 0) {
-            // Horner's rule; the second derivative comes out halved.
-            const double x = (t - powers.middle) * powers.scale;
-            const Vec3* c = &powers_[std::size_t(powers.first)];
-            p = c[powers.degree];
-            d = dd = Vec3::Zero();
-            for (int k = powers.degree - 1; k >= 0; --k) {
-                dd = x * dd + d;
-                d = x * d + p;
-                p = x * p + c[k];
-            }
-            d *= powers.scale;
-            dd *= 2.0 * powers.scale * powers.scale;
-            return;
-        }
-        gp_Pnt gp;
-        gp_Vec gd, gdd;
-        curve->D2(t, gp, gd, gdd);
-        p = vec(gp);
-        d = vec(gd);
-        dd = vec(gdd);
-    };
     Vec3 p, d, dd;
     double t = chord.t0 + s * (chord.t1 - chord.t0);
-    evaluate(t, p, d, dd);
+    evaluate(chord, t, p, d, dd);
     for (int i = 0; i < max_steps; ++i) {
         const Vec3 r = p - query;
         const double slope = r.dot(d), metric = d.squaredNorm();
@@ -237,7 +237,7 @@ CurveHit CurveSearch::descend(const Chord& chord, const Vec3& query, double s) c
         const double before = r.squaredNorm() + rounding * (2.0 * r.norm() + rounding);
         Vec3 next, next_d, next_dd;
         for (int k = 0; k < max_halvings; ++k, fraction *= 0.5) {
-            evaluate(t + fraction * step, next, next_d, next_dd);
+            evaluate(chord, t + fraction * step, next, next_d, next_dd);
             if ((next - query).squaredNorm() <= before) break;
         }
         if ((next - query).squaredNorm() > before) break;

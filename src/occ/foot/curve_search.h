@@ -91,6 +91,8 @@ class CurveSearch {
     }
     static double chord_parameter(const Chord& chord, const geom::Vec3& query);
     [[nodiscard]] CurveHit nearest_on(const Chord& chord, const geom::Vec3& query, double s) const;
+    /// Point and two derivatives of a chord's curve.
+    void evaluate(const Chord& chord, double t, geom::Vec3& p, geom::Vec3& d, geom::Vec3& dd) const;
     [[nodiscard]] CurveHit descend(const Chord& chord, const geom::Vec3& query, double s) const;
     void add_edge(int edge, double deflection);
     [[nodiscard]] Polynomial polynomial_on(const ModelEdge& edge, double from, double to);

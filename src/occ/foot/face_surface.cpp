@@ -224,6 +224,15 @@ FaceSurface::Foot FaceSurface::descend_in(const Rectangle& cell, const Vec3& que
                                   : descend_in_any(cell, query, start, known);
 }
 
+[[gnu::always_inline]] inline void FaceSurface::note_held(Foot& foot, const Rectangle& cell) const {
+    for (std::size_t i = 0; i < 2; ++i) {
+        const auto k = Eigen::Index(i);
+        const double near = 1e-10 * (high_[k] - low_[k]);
+        if (foot.uv[k] <= cell.low[k] + near) foot.held[i] = -1;
+        if (foot.uv[k] >= cell.high[k] - near) foot.held[i] = 1;
+    }
+}
+
 [[gnu::always_inline]] inline FaceSurface::Foot FaceSurface::descend_in_any(
     const Rectangle& cell, const Vec3& query, const Start& start,
     const std::vector<Vec2>& known) const {
@@ -283,12 +292,7 @@ FaceSurface::Foot FaceSurface::descend_in(const Rectangle& cell, const Vec3& que
     const Vec2 uv = at.uv();
     if (!arrived) end = evaluator_->tangents(uv);
     Foot foot{uv, end.p, normal_of(end.u, end.v, uv), (end.p - query).norm(), {0, 0}, false};
-    for (std::size_t i = 0; i < 2; ++i) {
-        const auto k = Eigen::Index(i);
-        const double near = 1e-10 * (high_[k] - low_[k]);
-        if (uv[k] <= cell.low[k] + near) foot.held[i] = -1;
-        if (uv[k] >= cell.high[k] - near) foot.held[i] = 1;
-    }
+    note_held(foot, cell);
     return foot;
 }
 

@@ -122,6 +122,8 @@ class FaceSurface {
     [[nodiscard]] geom::Vec3 limit_normal(const Vec2& uv, bool flat_u, bool flat_v) const;
     [[nodiscard]] Rectangle cell_of(const Vec2& uv) const;
     [[nodiscard]] static Step step(const DistanceTerms& d, const Place& at, const Rectangle& cell);
+    /// Which bounds of the cell hold the foot.
+    void note_held(Foot& foot, const Rectangle& cell) const;
     [[nodiscard]] Foot descend_in(const Rectangle& cell, const geom::Vec3& query,
                                   const Start& start, const std::vector<Vec2>& known) const;
     [[nodiscard]] Foot descend_in_any(const Rectangle& cell, const geom::Vec3& query,

@@ -212,6 +212,35 @@ void measure(MeshTriangle& triangle, const FaceSurface& surface, double size) {
     triangle.error = triangle.sickle + safety * off + 1e-12 * size;
 }
 
+/// What a search asks of the triangles, in the order of the tree.
+void lay_out_seeds(ReferenceMesh& mesh) {
+    const auto up = [](double x) {
+        return std::nextafter(float(x), std::numeric_limits<float>::infinity());
+    };
+    const auto& numbers = mesh.tree.numbers();
+    constexpr std::size_t lanes = geom::TriangleTree::lanes;
+    mesh.seeds.resize(numbers.size() / lanes);
+    mesh.starts.resize(numbers.size());
+    for (std::size_t slot = 0; slot < numbers.size(); ++slot) {
+        const std::int32_t number = numbers[slot];
+        if (number < 0) continue;
+        const MeshTriangle& t = mesh.triangles[std::size_t(number)];
+        SeedBlock& seeds = mesh.seeds[slot / lanes];
+        const std::size_t lane = slot % lanes;
+        seeds.error[lane] = up(t.error);
+        seeds.overhang[lane] = up(t.overhang);
+        seeds.spread[lane] = up(t.spread);
+        seeds.triangle[lane] = number;
+        const auto& [a, b, c] = t.corner;
+        const bool left_is_out = (b - a).cross(c - a).dot(t.normal) > 0.0;
+        mesh.starts[slot] = {
+            t.uv,
+            {up(left_is_out ? t.bend_out : t.bend_in), up(left_is_out ? t.bend_in : t.bend_out)},
+            float(t.stride),
+            t.face};
+    }
+}
+
 }  // namespace
 
 FaceSurface::Rectangle box_of(const std::array<Vec2, 3>& uv) {
@@ -275,31 +304,7 @@ ReferenceMesh triangulate(const SearchableShape& model, const std::vector<FaceSu
         }
     });
     mesh.tree = geom::TriangleTree(corners, errors);
-    const auto up = [](double x) {
-        return std::nextafter(float(x), std::numeric_limits<float>::infinity());
-    };
-    const auto& numbers = mesh.tree.numbers();
-    constexpr std::size_t lanes = geom::TriangleTree::lanes;
-    mesh.seeds.resize(numbers.size() / lanes);
-    mesh.starts.resize(numbers.size());
-    for (std::size_t slot = 0; slot < numbers.size(); ++slot) {
-        const std::int32_t number = numbers[slot];
-        if (number < 0) continue;
-        const MeshTriangle& t = mesh.triangles[std::size_t(number)];
-        SeedBlock& seeds = mesh.seeds[slot / lanes];
-        const std::size_t lane = slot % lanes;
-        seeds.error[lane] = up(t.error);
-        seeds.overhang[lane] = up(t.overhang);
-        seeds.spread[lane] = up(t.spread);
-        seeds.triangle[lane] = number;
-        const auto& [a, b, c] = t.corner;
-        const bool left_is_out = (b - a).cross(c - a).dot(t.normal) > 0.0;
-        mesh.starts[slot] = {
-            t.uv,
-            {up(left_is_out ? t.bend_out : t.bend_in), up(left_is_out ? t.bend_in : t.bend_out)},
-            float(t.stride),
-            t.face};
-    }
+    lay_out_seeds(mesh);
     return mesh;
 }
 

@@ -1,6 +1,7 @@
 #include "occ/foot/spline_spans.h"
 
 #include "occ/foot/fused.h"
+#include "occ/foot/spline_axis.h"
 
 #include <GeomConvert_BSplineSurfaceToBezierSurface.hxx>
 #include <Geom_BSplineSurface.hxx>
@@ -44,76 +45,11 @@ Eigen::MatrixXd powers_of_bernstein(int degree) {
     return result;
 }
 
-/// The breaks of one parameter, and where a parameter lies among them.
-class Axis {
-  public:
-    using Values = std::pmr::vector<double>;
-    Axis(const std::vector<double>& breaks, bool periodic)
-        : breaks_(breaks.begin(), breaks.end()),
-          period_(periodic ? breaks_.back() - breaks_.front() : 0.0),
-          buckets_per_unit_(0.0) {
-        // A coarse map from the parameter to the span, for surfaces of many spans.
-        const std::size_t count = 2 * breaks_.size();
-        buckets_per_unit_ = double(count) / (breaks_.back() - breaks_.front());
-        for (std::size_t i = 0; i + 1 < breaks_.size(); ++i)
-            scale_.push_back(2.0 / (breaks_[i + 1] - breaks_[i]));
-        first_break_ = breaks_.front();
-        first_scale_ = scale_.front();
-        std::size_t span = 0;
-        for (std::size_t b = 0; b < count; ++b) {
-            const double t = breaks_.front() + double(b) / buckets_per_unit_;
-            while (span + 2 < breaks_.size() && breaks_[span + 1] <= t) ++span;
-            first_.push_back(int(span));
-        }
-    }
-    Axis(const Axis& other, std::pmr::memory_resource* memory)
-        : breaks_(other.breaks_, memory),
-          scale_(other.scale_, memory),
-          period_(other.period_),
-          buckets_per_unit_(other.buckets_per_unit_),
-          first_break_(other.first_break_),
-          first_scale_(other.first_scale_),
-          first_(other.first_, memory) {}
-    [[nodiscard]] int spans() const { return int(breaks_.size()) - 1; }
-
-    struct Place {
-        int span;
-        double x;      ///< -1 to 1 within the span
-        double scale;  ///< dx / dt
-    };
-    /// A single span.
-    struct Line {
-        double first, scale;
-        [[nodiscard, gnu::always_inline]] Place find(double t) const {
-            return {0, (t - first) * scale - 1.0, scale};
-        }
-    };
-    [[nodiscard]] Line line() const { return {first_break_, first_scale_}; }
-    [[nodiscard]] bool is_line() const { return scale_.size() == 1 && !(period_ > 0.0); }
-    [[nodiscard, gnu::always_inline]] Place find(double t) const {
-        if (period_ > 0.0) t -= std::floor((t - first_break_) / period_) * period_;
-        if (scale_.size() == 1) return {0, (t - first_break_) * first_scale_ - 1.0, first_scale_};
-        const double bucket = (t - first_break_) * buckets_per_unit_;
-        const auto last = double(first_.size() - 1);
-        auto span = std::size_t(first_[std::size_t(std::clamp(bucket, 0.0, last))]);
-        while (span + 2 < breaks_.size() && breaks_[span + 1] <= t) ++span;
-        const double scale = scale_[span];
-        return {int(span), (t - breaks_[span]) * scale - 1.0, scale};
-    }
-
-  private:
-    Values breaks_, scale_;
-    double period_, buckets_per_unit_;
-    // Kept beside each other: with many faces, places in memory are what a query pays for.
-    double first_break_ = 0.0, first_scale_ = 0.0;
-    std::pmr::vector<int> first_;
-};
-
 /// @tparam p, q  degrees in u and v, or -1: as given at run time
 template <int p, int q, bool rational>
 class alignas(64) SplineSpans final : public SurfaceEvaluator {
   public:
-    SplineSpans(const Axis& u, const Axis& v, int degree_u, int degree_v,
+    SplineSpans(const SplineAxis& u, const SplineAxis& v, int degree_u, int degree_v,
                 const std::vector<Vec4>& coefficients, std::pmr::memory_resource* memory)
         : first_u_(u.line()),
           first_v_(v.line()),
@@ -234,7 +170,7 @@ class alignas(64) SplineSpans final : public SurfaceEvaluator {
                    __builtin_shufflevector(low, high, 2, 3, 6, 7);
     }
 
-    [[gnu::always_inline]] void second_order(const Axis::Place& a, const Axis::Place& b, Quad& s,
+    [[gnu::always_inline]] void second_order(const SpanPlace& a, const SpanPlace& b, Quad& s,
                                              Quad& su, Quad& sv, Quad& suu, Quad& suv,
                                              Quad& svv) const {
         const int last_row = degree_u(), columns = degree_v() + 1;
@@ -315,25 +251,25 @@ class alignas(64) SplineSpans final : public SurfaceEvaluator {
 
     [[nodiscard]] int degree_u() const { return p < 0 ? degree_u_ : p; }
     [[nodiscard]] int degree_v() const { return q < 0 ? degree_v_ : q; }
-    [[nodiscard]] const double* span(const Axis::Place& a, const Axis::Place& b) const {
+    [[nodiscard]] const double* span(const SpanPlace& a, const SpanPlace& b) const {
         if (single_) return coefficients_;
         const std::size_t size = std::size_t(degree_u() + 1) * std::size_t(degree_v() + 1) * stride;
         return coefficients_ + std::size_t(a.span * v_.spans() + b.span) * size;
     }
-    [[gnu::always_inline]] std::pair<Axis::Place, Axis::Place> find(const Vec2& uv) const {
+    [[gnu::always_inline]] std::pair<SpanPlace, SpanPlace> find(const Vec2& uv) const {
         if (single_) return {first_u_.find(uv[0]), first_v_.find(uv[1])};
         return {u_.find(uv[0]), v_.find(uv[1])};
     }
 
     // What one span asks for lies in one line of the cache: with many faces that is what is paid.
-    Axis::Line first_u_, first_v_;
+    SplineAxis::Line first_u_, first_v_;
     const double* coefficients_ = nullptr;
     bool single_;  ///< one span, not periodic
     int degree_u_, degree_v_;
     /// Span by span, v running first; in a span powers of u by powers of v, v running first. Three
     /// numbers each, or four with their weights.
     std::pmr::vector<double> numbers_;
-    Axis u_, v_;
+    SplineAxis u_, v_;
 };
 
 bool has_equal_weights(const Geom_BSplineSurface& surface) {
@@ -374,8 +310,8 @@ void append_span(const Geom_BezierSurface& patch, bool rational, const Eigen::Ma
 }
 
 template <int p, int q>
-std::shared_ptr<const SurfaceEvaluator> make(bool rational, const Axis& u, const Axis& v,
-                                             int degree_u, int degree_v,
+std::shared_ptr<const SurfaceEvaluator> make(bool rational, const SplineAxis& u,
+                                             const SplineAxis& v, int degree_u, int degree_v,
                                              const std::vector<Vec4>& coefficients,
                                              std::pmr::memory_resource* memory) {
     const std::pmr::polymorphic_allocator<> place(memory);
@@ -430,7 +366,7 @@ std::shared_ptr<const SurfaceEvaluator> make_spline_spans(const Handle(Geom_Surf
         for (int j = 1; j <= nv; ++j)
             append_span(*spans.Patch(i, j), rational, basis_u, basis_v, coefficients);
     }
-    const Axis u(distinct(knots_u), periodic_u), v(distinct(knots_v), periodic_v);
+    const SplineAxis u(distinct(knots_u), periodic_u), v(distinct(knots_v), periodic_v);
     if (p == 3 && q == 3) return make<3, 3>(rational, u, v, p, q, coefficients, memory);
     switch (q) {
         case 1: return make<-1, 1>(rational, u, v, p, q, coefficients, memory);
