@@ -110,7 +110,7 @@ bool is_folded(const std::vector<Points>& grids) {
                        [&](const Eigen::RowVector3d& normal) { return !(normal.dot(sum) > 0.0); });
 }
 
-Piece in_face(Piece piece, int corner, double size) {
+PolynomialPiece in_face(PolynomialPiece piece, int corner, double size) {
     piece.u0 *= size;
     piece.v0 *= size;
     piece.size *= size;
@@ -133,12 +133,12 @@ struct CapBuilder::Sector {
     }
     [[nodiscard]] Eigen::RowVector3d limit() const { return kind->corner(corner).limit * local; }
     /// The regular pieces [1/2, 1] x [0, 1/2], [1/2, 1]^2 and [0, 1/2] x [1/2, 1].
-    [[nodiscard]] std::array<Piece, 3> outer_pieces() const {
-        std::array<Piece, 3> pieces;
+    [[nodiscard]] std::array<PolynomialPiece, 3> outer_pieces() const {
+        std::array<PolynomialPiece, 3> pieces;
         constexpr double origin[3][2] = {{0.5, 0.0}, {0.5, 0.5}, {0.0, 0.5}};
         for (int k = 0; k < 3; ++k) {
             const RingKind::Child& child = kind->child((corner + k + 1) % 4);
-            Piece piece;
+            PolynomialPiece piece;
             piece.control = child.kind->regular() * (child.matrix * local);
             piece = seen_from(piece, corner);
             piece.u0 = origin[k][0];
@@ -194,9 +194,9 @@ Points CapBuilder::limit_points(const Sector& sector, Samples samples) {
 }
 
 CapSurface CapBuilder::surface_of(const Cap& cap, const std::vector<Sector>& sectors) {
-    std::vector<std::vector<Piece>> pieces = cap.pieces;
+    std::vector<std::vector<PolynomialPiece>> pieces = cap.pieces;
     for (std::size_t s = 0; s < sectors.size(); ++s) {
-        for (Piece& piece : pieces[s]) {
+        for (PolynomialPiece& piece : pieces[s]) {
             piece = seen_from(piece, sectors[s].corner);
             piece.u0 = std::ldexp(piece.u0, cap.hole);
             piece.v0 = std::ldexp(piece.v0, cap.hole);
@@ -206,11 +206,12 @@ CapSurface CapBuilder::surface_of(const Cap& cap, const std::vector<Sector>& sec
     return {std::move(pieces), cap.fan.is_closed()};
 }
 
-std::vector<CapSurface::Foot> CapBuilder::feet(const Cap& cap, const std::vector<Sector>& sectors,
-                                               Samples samples) {
+std::vector<CapSurface::CapFoot> CapBuilder::feet(const Cap& cap,
+                                                  const std::vector<Sector>& sectors,
+                                                  Samples samples) {
     const CapSurface surface = surface_of(cap, sectors);
     const std::span<const double> shares = shares_of(samples);
-    std::vector<CapSurface::Foot> feet;
+    std::vector<CapSurface::CapFoot> feet;
     for (std::size_t s = 0; s < sectors.size(); ++s) {
         const Points limit = limit_points(sectors[s], samples);
         Eigen::Index row = 0;
@@ -243,7 +244,7 @@ bool CapBuilder::folds(const Cap& cap, const std::vector<Sector>& sectors) {
 
 double CapBuilder::distance(const Cap& cap, const std::vector<Sector>& sectors) {
     double largest = 0.0;
-    for (const CapSurface::Foot& foot : feet(cap, sectors, Samples::Check)) {
+    for (const CapSurface::CapFoot& foot : feet(cap, sectors, Samples::Check)) {
         largest = std::max(largest, foot.distance);
     }
     return largest;
@@ -297,7 +298,7 @@ bool CapBuilder::fill_smoothly(const std::vector<Sector>& sectors, Cap& cap,
     for (const double weight : weights_of_bending) {
         for (int round = 0; round < fit_rounds; ++round) {
             std::vector<CapSolver::Target> targets;
-            for (const CapSurface::Foot& foot : feet(cap, sectors, Samples::Fit)) {
+            for (const CapSurface::CapFoot& foot : feet(cap, sectors, Samples::Fit)) {
                 targets.push_back(foot.place);
             }
             const bool fitted = take(solver->fit(net, targets, weight));
@@ -316,7 +317,7 @@ void CapBuilder::set_pieces(const CapSolver::Net& net, const std::vector<Sector>
         cap.pieces[s].clear();
         for (const int i0 : {0, 3}) {
             for (const int j0 : {0, 3}) {
-                Piece piece{i0 / 6.0, j0 / 6.0, 0.5, Piece::Form::Bezier, {}};
+                PolynomialPiece piece{i0 / 6.0, j0 / 6.0, 0.5, PolynomialPiece::Basis::Bezier, {}};
                 for (int i = 0; i < 4; ++i) {
                     for (int j = 0; j < 4; ++j) {
                         piece.control.row(4 * i + j) =
@@ -336,7 +337,7 @@ void CapBuilder::fill_by_limit(const std::vector<Sector>& sectors, Cap& cap) {
     for (std::size_t s = 0; s < sectors.size(); ++s) {
         cap.pieces[s].clear();
         const auto outer = sectors[s].outer_pieces();
-        Piece piece{0.0, 0.0, 1.0, Piece::Form::Bezier, {}};
+        PolynomialPiece piece{0.0, 0.0, 1.0, PolynomialPiece::Basis::Bezier, {}};
         for (int i = 0; i < 4; ++i) {
             for (int j = 0; j < 4; ++j) {
                 piece.control.row(4 * i + j) =

@@ -23,7 +23,7 @@ struct Cap {
     /// Per face of the fan: the corner's square [0, 2^-hole]^2 (seen from the corner) is left by
     /// the regular pieces and filled by `pieces`, which are in the face's own parameters.
     int hole = 0;
-    std::vector<std::vector<Piece>> pieces;
+    std::vector<std::vector<PolynomialPiece>> pieces;
     /// Whether each face has 2 x 2 pieces that join each other with C1.
     bool is_split = false;
     /// Whether the cap joins what lies outside with C1 only.
@@ -62,9 +62,9 @@ class CapBuilder {
     [[nodiscard]] double distance(const Cap& cap, const std::vector<Sector>& sectors);
     /// Its pieces seen from the vertex, in shares of the cap's size.
     static CapSurface surface_of(const Cap& cap, const std::vector<Sector>& sectors);
-    [[nodiscard]] std::vector<CapSurface::Foot> feet(const Cap& cap,
-                                                     const std::vector<Sector>& sectors,
-                                                     Samples samples);
+    [[nodiscard]] std::vector<CapSurface::CapFoot> feet(const Cap& cap,
+                                                        const std::vector<Sector>& sectors,
+                                                        Samples samples);
     [[nodiscard]] geom::Points limit_points(const Sector& sector, Samples samples);
     const CapSolver& solver_of(FanKind kind, int size);
 

@@ -21,9 +21,9 @@ Eigen::Matrix<double, 4, 2> bernstein(double t) {
 }  // namespace
 
 CapSurface::Tangent CapSurface::tangent(int face, double u, double v) const {
-    const std::vector<Piece>& pieces = pieces_[std::size_t(face)];
-    const Piece* piece = &pieces.front();
-    for (const Piece& candidate : pieces) {
+    const std::vector<PolynomialPiece>& pieces = pieces_[std::size_t(face)];
+    const PolynomialPiece* piece = &pieces.front();
+    for (const PolynomialPiece& candidate : pieces) {
         if (candidate.contains(u, v)) piece = &candidate;
     }
     const Eigen::Matrix<double, 4, 2> bu = bernstein((u - piece->u0) / piece->size);
@@ -40,12 +40,12 @@ CapSurface::Tangent CapSurface::tangent(int face, double u, double v) const {
     return result;
 }
 
-CapSurface::Foot CapSurface::foot(const Eigen::RowVector3d& point, int face, double u,
-                                  double v) const {
+CapSurface::CapFoot CapSurface::foot(const Eigen::RowVector3d& point, int face, double u,
+                                     double v) const {
     constexpr int most_steps = 12;
     constexpr double no_progress = 0.999;
     const int n = static_cast<int>(pieces_.size());
-    Foot best{std::numeric_limits<double>::infinity(), {face, u, v, point, {}}};
+    CapFoot best{std::numeric_limits<double>::infinity(), {face, u, v, point, {}}};
     for (int step = 0; step < most_steps; ++step) {
         const Tangent at = tangent(face, u, v);
         const Eigen::RowVector3d off = point - at.position;

@@ -108,12 +108,12 @@ std::vector<Slot> slots_of(const std::vector<double>& knots) {
 }
 
 /// All pieces of a cell's face in the chart's orientation, the cell's origin at (0, 0).
-std::vector<Piece> cell_pieces(const SurfaceSource& source, CornerId cell) {
+std::vector<PolynomialPiece> cell_pieces(const SurfaceSource& source, CornerId cell) {
     const Topology& t = *source.cage.topology;
     const auto face = t.face(cell);
     const subd::Ring ring = source.table.ring(t, face);
     std::array<int, 4> hole{};
-    std::vector<Piece> pieces;
+    std::vector<PolynomialPiece> pieces;
     if (!ring.kind->is_regular()) {
         for (int i = 0; i < 4; ++i) {
             std::size_t place = 0;
@@ -123,9 +123,9 @@ std::vector<Piece> cell_pieces(const SurfaceSource& source, CornerId cell) {
             pieces.insert(pieces.end(), cap->pieces[place].begin(), cap->pieces[place].end());
         }
     }
-    const std::vector<Piece> regular = regular_pieces(ring, source.cage.points, hole);
+    const std::vector<PolynomialPiece> regular = regular_pieces(ring, source.cage.points, hole);
     pieces.insert(pieces.end(), regular.begin(), regular.end());
-    for (Piece& piece : pieces) piece = seen_from(piece, position(t, cell));
+    for (PolynomialPiece& piece : pieces) piece = seen_from(piece, position(t, cell));
     return pieces;
 }
 
@@ -161,13 +161,13 @@ geom::BsplineSurface chart_surface(const Chart& chart, const SurfaceSource& sour
             const std::size_t row = cell % std::size_t(chart.rows);
             if (first_u[column] == first_u[column + 1] || first_v[row] == first_v[row + 1])
                 continue;
-            const std::vector<Piece> pieces = cell_pieces(source, chart.cells[cell]);
+            const std::vector<PolynomialPiece> pieces = cell_pieces(source, chart.cells[cell]);
             const Eigen::Vector3d origin_u = Eigen::Vector3d::Constant(double(column));
             const Eigen::Vector3d origin_v = Eigen::Vector3d::Constant(double(row));
             for (std::size_t i = first_u[column]; i < first_u[column + 1]; ++i) {
                 for (std::size_t j = first_v[row]; j < first_v[row + 1]; ++j) {
                     const auto piece =
-                        std::find_if(pieces.begin(), pieces.end(), [&](const Piece& p) {
+                        std::find_if(pieces.begin(), pieces.end(), [&](const PolynomialPiece& p) {
                             return p.contains(u[i].middle - double(column),
                                               v[j].middle - double(row));
                         });

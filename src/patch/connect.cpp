@@ -28,7 +28,7 @@ geom::BsplineCurve side_curve(const geom::BsplineSurface& s, int side) {
 }
 
 /// Half-edges that follow each other on the side of a chart between two ends of edges.
-struct Run {
+struct SideRun {
     std::vector<CornerId> half_edges;
     double begin = 0.0;  ///< where on the side it starts, in faces
 };
@@ -69,7 +69,7 @@ class Connector {
         // An edge that closes onto itself is split: some CAD programs refuse such edges.
         for (const Chart& chart : charts_) {
             for (int side = 0; side < 4; ++side) {
-                for (const Run& run : runs(chart, side)) {
+                for (const SideRun& run : runs(chart, side)) {
                     const auto& edges = run.half_edges;
                     if (t_.vertex(edges.front()) == t_.vertex(t_.next(edges.back()))) {
                         make_end(t_.vertex(edges[edges.size() / 2]));
@@ -79,8 +79,8 @@ class Connector {
         }
     }
 
-    [[nodiscard]] std::vector<Run> runs(const Chart& chart, int side) const {
-        std::vector<Run> runs;
+    [[nodiscard]] std::vector<SideRun> runs(const Chart& chart, int side) const {
+        std::vector<SideRun> runs;
         const std::vector<CornerId> half_edges = chart.side(t_, side);
         for (std::size_t k = 0; k < half_edges.size(); ++k) {
             if (k == 0 || is_end(t_.vertex(half_edges[k]))) runs.push_back({{}, double(k)});
@@ -92,7 +92,7 @@ class Connector {
     void connect_side(std::size_t k, int side) {
         Patch& patch = set_.patches[k];
         const geom::BsplineCurve whole = side_curve(patch.surface, side);
-        for (const Run& run : runs(charts_[k], side)) {
+        for (const SideRun& run : runs(charts_[k], side)) {
             const double end = run.begin + double(run.half_edges.size());
             geom::BsplineCurve curve = part(whole, run.begin, end);
             for (double& knot : curve.knots) knot -= run.begin;

@@ -175,9 +175,9 @@ Chart collect(const Topology& t, const IsBorder& is_border, CornerId seed) {
 }
 
 /// Gathers the rectangles between borders.
-class Collector {
+class ChartCollector {
   public:
-    explicit Collector(const Topology& t)
+    explicit ChartCollector(const Topology& t)
         : t_(t), tracer_(t), done_(std::size_t(t.face_count()), 0) {}
 
     std::vector<Chart> run() {
@@ -307,7 +307,7 @@ std::vector<Chart> cover(const Topology& t, Covering covering) {
         for (const FaceId f : t.faces()) charts.push_back({1, 1, {t.corners(f)[0]}});
         return charts;
     }
-    charts = Collector(t).run();
+    charts = ChartCollector(t).run();
     separate(t, charts);
     return charts;
 }

@@ -49,10 +49,10 @@ void collect_splits(const RingKind& kind, const Square& square, Splits& found) {
 }
 
 void collect_pieces(const RingKind& kind, const Points& local, const Square& square,
-                    const std::array<int, 4>& hole, std::vector<Piece>& pieces) {
+                    const std::array<int, 4>& hole, std::vector<PolynomialPiece>& pieces) {
     if (kind.is_regular()) {
-        pieces.push_back(
-            {square.u0, square.v0, square.size(), Piece::Form::Uniform, kind.regular() * local});
+        pieces.push_back({square.u0, square.v0, square.size(), PolynomialPiece::Basis::Uniform,
+                          kind.regular() * local});
         return;
     }
     const FaceClass c = classify(kind);
@@ -70,10 +70,11 @@ void sort_unique(std::vector<double>& values) {
 
 }  // namespace
 
-Eigen::RowVector3d Piece::blossom(const Eigen::Vector3d& u, const Eigen::Vector3d& v) const {
+Eigen::RowVector3d PolynomialPiece::blossom(const Eigen::Vector3d& u,
+                                            const Eigen::Vector3d& v) const {
     const Eigen::Vector3d r = (u.array() - u0) / size;
     const Eigen::Vector3d s = (v.array() - v0) / size;
-    const auto weights = form == Form::Uniform ? uniform_weights : bezier_weights;
+    const auto weights = basis == Basis::Uniform ? uniform_weights : bezier_weights;
     const Eigen::Vector4d wu = weights(r[0], r[1], r[2]);
     const Eigen::Vector4d wv = weights(s[0], s[1], s[2]);
     Eigen::RowVector3d p = Eigen::RowVector3d::Zero();
@@ -81,9 +82,9 @@ Eigen::RowVector3d Piece::blossom(const Eigen::Vector3d& u, const Eigen::Vector3
     return p;
 }
 
-Piece seen_from(const Piece& piece, int i) {
+PolynomialPiece seen_from(const PolynomialPiece& piece, int i) {
     if (i == 0) return piece;
-    Piece turned = piece;
+    PolynomialPiece turned = piece;
     const double far_u = 1.0 - piece.u0 - piece.size;
     const double far_v = 1.0 - piece.v0 - piece.size;
     turned.u0 = i == 1 ? piece.v0 : i == 2 ? far_u : far_v;
@@ -130,9 +131,9 @@ Splits splits(const RingKind& kind) {
     return found;
 }
 
-std::vector<Piece> regular_pieces(const subd::Ring& ring, const Points& points,
-                                  const std::array<int, 4>& hole) {
-    std::vector<Piece> pieces;
+std::vector<PolynomialPiece> regular_pieces(const subd::Ring& ring, const Points& points,
+                                            const std::array<int, 4>& hole) {
+    std::vector<PolynomialPiece> pieces;
     collect_pieces(*ring.kind, gather(ring, points), {}, hole, pieces);
     return pieces;
 }

@@ -11,12 +11,12 @@ namespace patchwright::patch {
 /// A bicubic polynomial over the square [u0, u0 + size] x [v0, v0 + size] of a face's parameters.
 /// Control point (a, b) is row 4 a + b, a along u: of the uniform B-spline with spacing `size`, or
 /// of Bezier form.
-struct Piece {
-    enum class Form { Uniform, Bezier };
+struct PolynomialPiece {
+    enum class Basis { Uniform, Bezier };
     using Control = Eigen::Matrix<double, 16, 3>;
 
     double u0 = 0.0, v0 = 0.0, size = 1.0;
-    Form form = Form::Uniform;
+    Basis basis = Basis::Uniform;
     Control control;
 
     [[nodiscard]] bool contains(double u, double v) const {
@@ -29,7 +29,7 @@ struct Piece {
 
 /// Where a face's own (0, 0) lies when it is looked at from its corner `i`, with u along the edge
 /// that leaves the corner and v along the one that arrives: the same piece in those parameters.
-Piece seen_from(const Piece& piece, int i);
+PolynomialPiece seen_from(const PolynomialPiece& piece, int i);
 
 /// How a face goes on towards its corners.
 enum class FaceShape {
@@ -58,8 +58,8 @@ Splits splits(const subd::RingKind& kind);
 
 /// All pieces of a face but for the squares of size 2^-hole[i] at its extraordinary corners i.
 /// @param hole  at least steps_to_one_corner() there; unused elsewhere
-std::vector<Piece> regular_pieces(const subd::Ring& ring, const geom::Points& points,
-                                  const std::array<int, 4>& hole);
+std::vector<PolynomialPiece> regular_pieces(const subd::Ring& ring, const geom::Points& points,
+                                            const std::array<int, 4>& hole);
 
 /// Points of the ring, in the order of its slots.
 geom::Points gather(const subd::Ring& ring, const geom::Points& points);

@@ -128,12 +128,12 @@ CadModel model_of(const TopoDS_Shape& shape) {
     return CadModel(std::move(impl));
 }
 
-struct Body {
+struct SampledSolid {
     CadReference reference;
     std::vector<geom::SurfaceSample> samples;
 };
 
-bool reaches_into(const Body& a, const Body& b, double depth) {
+bool reaches_into(const SampledSolid& a, const SampledSolid& b, double depth) {
     const geom::Box3 box = b.reference.bounds();
     return std::any_of(a.samples.begin(), a.samples.end(), [&](const auto& sample) {
         if (box.squared_distance(sample.point) > 0.0) return false;
@@ -145,7 +145,7 @@ bool reaches_into(const Body& a, const Body& b, double depth) {
 std::vector<std::array<int, 2>> find_overlaps(const CadModel& model) {
     constexpr double depth_rel = 1e-5, deflection_rel = 1e-3;
     constexpr int samples = 1000;
-    std::vector<Body> bodies;
+    std::vector<SampledSolid> bodies;
     for (TopExp_Explorer it(model.impl().shape, TopAbs_SOLID); it.More(); it.Next()) {
         CadReference reference(model_of(it.Current()), {.deflection_rel = deflection_rel});
         auto points = reference.sample(samples);

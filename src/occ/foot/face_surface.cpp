@@ -102,7 +102,7 @@ std::array<std::vector<double>, 2> FaceSurface::breaks(GeomAbs_Shape continuity)
 
 Vec3 FaceSurface::at(const Vec2& uv) const { return evaluator_->at(uv); }
 
-std::optional<FaceSurface::Curvature> FaceSurface::curvature(const Vec2& uv) const {
+std::optional<FaceSurface::PrincipalCurvature> FaceSurface::curvature(const Vec2& uv) const {
     const Derivatives d = derivatives(uv);
     const Vec3 cross = d.u.cross(d.v);
     const double sine = cross.norm();
@@ -118,7 +118,7 @@ std::optional<FaceSurface::Curvature> FaceSurface::curvature(const Vec2& uv) con
     const double mean = 0.5 * (xx + yy), half = 0.5 * (xx - yy), spread = std::hypot(half, xy);
     const double angle = 0.5 * std::atan2(2.0 * xy, xx - yy);
     const Vec3 most = std::cos(angle) * x + std::sin(angle) * y;
-    return Curvature{{mean - spread, mean + spread}, {n.cross(most), most}};
+    return PrincipalCurvature{{mean - spread, mean + spread}, {n.cross(most), most}};
 }
 
 Vec3 FaceSurface::normal(const Vec2& uv) const {
@@ -190,7 +190,7 @@ FaceSurface::Rectangle FaceSurface::cell_of(const Vec2& uv) const {
     return cell;
 }
 
-FaceSurface::Step FaceSurface::step(const DistanceTerms& d, const Place& at,
+FaceSurface::Step FaceSurface::step(const DistanceTerms& d, const ParameterPair& at,
                                     const Rectangle& cell) {
     double a = d.uu + d.r_uu, b = d.uv + d.r_uv, c = d.vv + d.r_vv;
     const bool newton = a > 1e-9 * d.uu && c > 1e-9 * d.vv && a * c - b * b > 1e-9 * a * c;
@@ -240,8 +240,8 @@ FaceSurface::Foot FaceSurface::descend_in(const Rectangle& cell, const Vec3& que
     // Lengths are compared by their squares.
     const double final_step = square(1e-8 * size_), none = square(1e-13 * size_);
     const double negligible = square(1e-12 * size_);
-    Place at{std::clamp(start.uv[0], cell.low[0], cell.high[0]),
-             std::clamp(start.uv[1], cell.low[1], cell.high[1])};
+    ParameterPair at{std::clamp(start.uv[0], cell.low[0], cell.high[0]),
+                     std::clamp(start.uv[1], cell.low[1], cell.high[1])};
     DistanceTerms d = evaluator_->distance_terms(at.uv(), query);
     SurfaceTangents end;
     bool arrived = false;
@@ -269,7 +269,7 @@ FaceSurface::Foot FaceSurface::descend_in(const Rectangle& cell, const Vec3& que
             s.newton && fraction == 1.0 &&
             (last || length * length * length < negligible * last_length * last_length);
         if (arrives) {
-            const Place there = at.after(s, 1.0);
+            const ParameterPair there = at.after(s, 1.0);
             end = evaluator_->tangents(there.uv());
             arrived = is_better((end.p - query).squaredNorm());
             if (arrived) {
@@ -277,7 +277,7 @@ FaceSurface::Foot FaceSurface::descend_in(const Rectangle& cell, const Vec3& que
                 break;
             }
         }
-        Place there = at.after(s, fraction);
+        ParameterPair there = at.after(s, fraction);
         DistanceTerms next = evaluator_->distance_terms(there.uv(), query);
         for (int k = 1; k < max_halvings && !is_better(next.rr); ++k) {
             fraction *= 0.5;

@@ -44,13 +44,13 @@ class FaceSurface {
 
     [[nodiscard]] geom::Vec3 at(const Vec2& uv) const;
     /// Principal curvatures and their directions.
-    struct Curvature {
+    struct PrincipalCurvature {
         /// 1/mm, least first; positive where the surface bends towards its outward normal.
         std::array<double, 2> value{0.0, 0.0};
         std::array<geom::Vec3, 2> direction{geom::Vec3::Zero(), geom::Vec3::Zero()};  ///< unit
     };
     /// Nothing where the surface is degenerate.
-    [[nodiscard]] std::optional<Curvature> curvature(const Vec2& uv) const;
+    [[nodiscard]] std::optional<PrincipalCurvature> curvature(const Vec2& uv) const;
     /// Unit, outward. At degenerate points the limit, if it is one; else zero.
     [[nodiscard]] geom::Vec3 normal(const Vec2& uv) const;
     /// +1 when du x dv points outward, else -1.
@@ -88,10 +88,10 @@ class FaceSurface {
         bool newton;  ///< of second order: the Hessian was positive definite
     };
     /// Numbers one by one: written so and read as a pair they would be waited for.
-    struct Place {
+    struct ParameterPair {
         double u, v;
         [[nodiscard]] Vec2 uv() const { return {u, v}; }
-        [[nodiscard]] Place after(const Step& s, double fraction) const {
+        [[nodiscard]] ParameterPair after(const Step& s, double fraction) const {
             return {u + fraction * s.du, v + fraction * s.dv};
         }
     };
@@ -121,7 +121,8 @@ class FaceSurface {
                                        const Vec2& uv) const;
     [[nodiscard]] geom::Vec3 limit_normal(const Vec2& uv, bool flat_u, bool flat_v) const;
     [[nodiscard]] Rectangle cell_of(const Vec2& uv) const;
-    [[nodiscard]] static Step step(const DistanceTerms& d, const Place& at, const Rectangle& cell);
+    [[nodiscard]] static Step step(const DistanceTerms& d, const ParameterPair& at,
+                                   const Rectangle& cell);
     /// Which bounds of the cell hold the foot.
     void note_held(Foot& foot, const Rectangle& cell) const;
     [[nodiscard]] Foot descend_in(const Rectangle& cell, const geom::Vec3& query,

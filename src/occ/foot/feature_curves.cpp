@@ -58,12 +58,12 @@ class FeatureCurves::Chaining {
     }
 
   private:
-    struct End {
+    struct DirectedEnd {
         int edge;
         bool at_end;
     };
 
-    [[nodiscard]] Vec3 outward(const End& end) const {
+    [[nodiscard]] Vec3 outward(const DirectedEnd& end) const {
         const ModelEdge& edge = network_.edges[std::size_t(end.edge)];
         return end.at_end ? Vec3(-edge.tangent(edge.last)) : edge.tangent(edge.first);
     }
@@ -72,9 +72,9 @@ class FeatureCurves::Chaining {
         const ModelEdge& edge = network_.edges[std::size_t(step.edge)];
         const int vertex = step.reversed ? edge.start : edge.end;
         if (vertex < 0 || corner_[std::size_t(vertex)]) return std::nullopt;
-        const End here{step.edge, !step.reversed};
-        const End* other = nullptr;
-        for (const End& end : ends_[std::size_t(vertex)]) {
+        const DirectedEnd here{step.edge, !step.reversed};
+        const DirectedEnd* other = nullptr;
+        for (const DirectedEnd& end : ends_[std::size_t(vertex)]) {
             if (end.edge == here.edge && end.at_end == here.at_end) continue;
             const EdgeKind kind = network_.edges[std::size_t(end.edge)].kind;
             if (kind != edge.kind) {
@@ -94,7 +94,7 @@ class FeatureCurves::Chaining {
     }
 
     const EdgeNetwork& network_;
-    std::vector<std::vector<End>> ends_;
+    std::vector<std::vector<DirectedEnd>> ends_;
     std::vector<bool> corner_;
 };
 
@@ -106,7 +106,7 @@ FeatureCurves::FeatureCurves(const EdgeNetwork& network, double deflection, doub
     for (const EdgeKind kind : {EdgeKind::Sharp, EdgeKind::Free, EdgeKind::Smooth}) {
         for (std::size_t seed = 0; seed < network.edges.size(); ++seed) {
             if (network.edges[seed].kind != kind || places_[seed].curve >= 0) continue;
-            Chain chain;
+            EdgeChain chain;
             std::vector<int> edges;
             for (const auto& [edge, reversed] : chaining.chain_from(int(seed))) {
                 places_[std::size_t(edge)] = {int(chains_.size()), int(chain.pieces.size())};
@@ -122,21 +122,21 @@ FeatureCurves::FeatureCurves(const EdgeNetwork& network, double deflection, doub
 }
 
 void FeatureCurves::measure(std::size_t number) {
-    Chain& chain = chains_[number];
-    const auto edge_of = [&](const Piece& piece) -> const ModelEdge& {
+    EdgeChain& chain = chains_[number];
+    const auto edge_of = [&](const EdgePiece& piece) -> const ModelEdge& {
         return network_->edges[std::size_t(piece.edge)];
     };
     FeatureCurve curve;
     curve.kind = feature_kind(edge_of(chain.pieces.front()).kind);
     curve.least_angle_rad = std::numeric_limits<double>::infinity();
-    for (Piece& piece : chain.pieces) {
+    for (EdgePiece& piece : chain.pieces) {
         piece.start = curve.length;
         curve.length += arcs_[std::size_t(piece.edge)].length();
         curve.least_angle_rad = std::min(curve.least_angle_rad, edge_of(piece).least_angle);
         curve.greatest_angle_rad =
             std::max(curve.greatest_angle_rad, edge_of(piece).greatest_angle);
     }
-    const Piece &first = chain.pieces.front(), &last = chain.pieces.back();
+    const EdgePiece &first = chain.pieces.front(), &last = chain.pieces.back();
     const int from = first.reversed ? edge_of(first).end : edge_of(first).start;
     const int to = last.reversed ? edge_of(last).start : edge_of(last).end;
     curve.closed = from >= 0 && from == to;
@@ -160,7 +160,7 @@ void FeatureCurves::index_corners() {
     };
     for (std::size_t i = 0; i < chains_.size(); ++i) {
         FeatureCurve& curve = features_.curves[i];
-        const Piece &first = chains_[i].pieces.front(), &last = chains_[i].pieces.back();
+        const EdgePiece &first = chains_[i].pieces.front(), &last = chains_[i].pieces.back();
         const ModelEdge& a = network_->edges[std::size_t(first.edge)];
         const ModelEdge& b = network_->edges[std::size_t(last.edge)];
         curve.start_corner = corner_at(first.reversed ? a.end : a.start);
@@ -172,8 +172,8 @@ void FeatureCurves::index_corners() {
 }
 
 FeaturePoint FeatureCurves::point_of(const CurveHit& hit) const {
-    const Place& place = places_[std::size_t(hit.edge)];
-    const Piece& piece = chains_[std::size_t(place.curve)].pieces[std::size_t(place.piece)];
+    const CurvePlace& place = places_[std::size_t(hit.edge)];
+    const EdgePiece& piece = chains_[std::size_t(place.curve)].pieces[std::size_t(place.piece)];
     const ArcLength& arc = arcs_[std::size_t(hit.edge)];
     const double along = arc.at(hit.t);
     const Vec3 tangent = network_->edges[std::size_t(hit.edge)].tangent(hit.t);
@@ -183,15 +183,15 @@ FeaturePoint FeatureCurves::point_of(const CurveHit& hit) const {
 }
 
 FeaturePoint FeatureCurves::at(int number, double arc_length) const {
-    const Chain& chain = chains_[std::size_t(number)];
+    const EdgeChain& chain = chains_[std::size_t(number)];
     const FeatureCurve& curve = features_.curves[std::size_t(number)];
     double s = std::clamp(arc_length, 0.0, curve.length);
     if (curve.closed && s != arc_length)
         s = arc_length - std::floor(arc_length / curve.length) * curve.length;
     const auto next =
         std::upper_bound(chain.pieces.begin() + 1, chain.pieces.end(), s,
-                         [](double a, const Piece& piece) { return a < piece.start; });
-    const Piece& piece = *(next - 1);
+                         [](double a, const EdgePiece& piece) { return a < piece.start; });
+    const EdgePiece& piece = *(next - 1);
     const ModelEdge& edge = network_->edges[std::size_t(piece.edge)];
     const ArcLength& arc = arcs_[std::size_t(piece.edge)];
     const double along = s - piece.start;
@@ -203,8 +203,9 @@ FeaturePoint FeatureCurves::at(int number, double arc_length) const {
 // The parts of an edge that a piece of its curve covers: two where a closed curve's piece ends on
 // the edge that it starts on.
 std::vector<std::array<double, 2>> FeatureCurves::parameters_within(
-    const Chain& chain, const FeatureCurve& curve, int number, const geom::ArcRange& within) const {
-    const Piece& piece = chain.pieces[std::size_t(places_[std::size_t(number)].piece)];
+    const EdgeChain& chain, const FeatureCurve& curve, int number,
+    const geom::ArcRange& within) const {
+    const EdgePiece& piece = chain.pieces[std::size_t(places_[std::size_t(number)].piece)];
     const ArcLength& arc = arcs_[std::size_t(number)];
     std::vector<std::array<double, 2>> result;
     const double turns = curve.closed ? std::floor(within.from / curve.length) : 0.0;
@@ -226,7 +227,7 @@ std::vector<std::array<double, 2>> FeatureCurves::parameters_within(
 
 FeaturePoint FeatureCurves::nearest(int number, const Vec3& query,
                                     const std::optional<geom::ArcRange>& within) const {
-    const Chain& chain = chains_[std::size_t(number)];
+    const EdgeChain& chain = chains_[std::size_t(number)];
     const FeatureCurve& curve = features_.curves[std::size_t(number)];
     constexpr double infinity = std::numeric_limits<double>::infinity();
     CurveHit best;
@@ -247,7 +248,7 @@ FeaturePoint FeatureCurves::nearest(int number, const Vec3& query,
         range.to = std::clamp(range.to, 0.0, curve.length);
     }
     std::vector<std::vector<std::array<double, 2>>> parts;
-    for (const Piece& piece : chain.pieces)
+    for (const EdgePiece& piece : chain.pieces)
         parts.push_back(parameters_within(chain, curve, piece.edge, range));
     chain.search.visit_within(
         query, infinity,

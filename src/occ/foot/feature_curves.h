@@ -33,17 +33,17 @@ class FeatureCurves {
     [[nodiscard]] geom::FeaturePoint point_of(const CurveHit& hit) const;
 
   private:
-    struct Piece {
+    struct EdgePiece {
         int edge = -1;
         bool reversed = false;
         double start = 0.0;  ///< arc length of the chain where the piece starts
     };
-    struct Chain {
-        std::vector<Piece> pieces;
+    struct EdgeChain {
+        std::vector<EdgePiece> pieces;
         CurveSearch search;
     };
     /// Where an edge is.
-    struct Place {
+    struct CurvePlace {
         int curve = -1, piece = -1;
     };
     class Chaining;
@@ -51,13 +51,13 @@ class FeatureCurves {
     void measure(std::size_t curve);
     void index_corners();
     [[nodiscard]] std::vector<std::array<double, 2>> parameters_within(
-        const Chain& chain, const geom::FeatureCurve& curve, int edge,
+        const EdgeChain& chain, const geom::FeatureCurve& curve, int edge,
         const geom::ArcRange& within) const;
 
     const EdgeNetwork* network_ = nullptr;
-    std::vector<ArcLength> arcs_;  ///< one an edge
-    std::vector<Place> places_;    ///< one an edge
-    std::vector<Chain> chains_;
+    std::vector<ArcLength> arcs_;     ///< one an edge
+    std::vector<CurvePlace> places_;  ///< one an edge
+    std::vector<EdgeChain> chains_;
     geom::Features features_;
 };
 

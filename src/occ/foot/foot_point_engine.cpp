@@ -24,24 +24,24 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double coincident = 1e-9;
 constexpr std::size_t max_known_feet = 16;
 
-struct Facing {
+struct NormalBeside {
     int face;
     Vec3 normal;
     Vec2 uv;
 };
 
 // One thread's working memory: kept so that queries allocate nothing once it has grown.
-struct Scratch {
-    std::vector<Candidate> candidates;
+struct SearchScratch {
+    std::vector<SeedCandidate> candidates;
     std::vector<PassedLeaf> passed;
     std::vector<SurfaceFoot> feet;
     std::vector<CurveHit> hits;
-    std::vector<Facing> beside;
+    std::vector<NormalBeside> beside;
     std::vector<Vec2> known;
 };
 
-Scratch& scratch() {
-    thread_local Scratch memory;
+SearchScratch& scratch() {
+    thread_local SearchScratch memory;
     return memory;
 }
 
@@ -51,10 +51,10 @@ struct Nearest {
     double distance = infinity;
 };
 
-class Search {
+class FootSearch {
   public:
     /// @param bound  something on the model is no farther
-    Search(const SearchModel& model, const Vec3& query, double bound)
+    FootSearch(const SearchModel& model, const Vec3& query, double bound)
         : model_(model),
           query_(query),
           s_(scratch()),
@@ -67,8 +67,8 @@ class Search {
     FootPoint facing(const Vec3& side) {
         FootPoint answer = plain();
         if (answer.normal.dot(side) > 0.0 || answer.normal.isZero(0.0)) return answer;
-        const Facing* best = nullptr;
-        for (const Facing& f : s_.beside) {
+        const NormalBeside* best = nullptr;
+        for (const NormalBeside& f : s_.beside) {
             if (f.normal.dot(side) > (best != nullptr ? best->normal.dot(side) : 0.0)) best = &f;
         }
         if (best != nullptr) {
@@ -123,8 +123,8 @@ class Search {
             });
         const auto begin = s_.candidates.begin();
         const auto end = std::remove_if(begin, begin + std::ptrdiff_t(count),
-                                        [&](const Candidate& c) { return c.lower > bound; });
-        std::sort(begin, end, [](const Candidate& a, const Candidate& b) {
+                                        [&](const SeedCandidate& c) { return c.lower > bound; });
+        std::sort(begin, end, [](const SeedCandidate& a, const SeedCandidate& b) {
             return std::pair(a.lower, a.slot) < std::pair(b.lower, b.slot);
         });
         candidates_ = {s_.candidates.data(), std::size_t(end - begin)};
@@ -145,7 +145,7 @@ class Search {
     // Descends from a triangle's nearest point and calls `found` with each new local minimum. Where
     // the surface curves more than a sphere around the query, one triangle may hold several.
     template <class Found>
-    void descend(const Candidate& c, Found&& found) {
+    void descend(const SeedCandidate& c, Found&& found) {
         const SeedStart& t = model_.mesh.starts[std::size_t(c.slot)];
         const Vec2 start = start_of(c);
         descend_from(c.slot, start, found);
@@ -164,7 +164,7 @@ class Search {
     static Vec2 at(const SeedStart& t, const Vec3& w) {
         return w[0] * t.uv[0] + w[1] * t.uv[1] + w[2] * t.uv[2];
     }
-    [[nodiscard]] Vec2 start_of(const Candidate& c) const {
+    [[nodiscard]] Vec2 start_of(const SeedCandidate& c) const {
         return at(model_.mesh.starts[std::size_t(c.slot)],
                   model_.mesh.tree.weights_near(c.slot, query_));
     }
@@ -222,7 +222,7 @@ class Search {
         for (const CurveHit& hit : s_.hits) {
             if ((hit.point - from).squaredNorm() > slack * slack) continue;
             const ModelEdge& edge = model_.network.edges[std::size_t(hit.edge)];
-            for (const EdgeUse& use : edge.uses) {
+            for (const FaceOfEdge& use : edge.uses) {
                 const FaceSurface& face = surface(use.face);
                 const FaceSurface::Start start{parameters_beside(edge, use, hit.t), hit.distance};
                 const auto foot = face.descend(query_, start, {});
@@ -235,7 +235,7 @@ class Search {
     Nearest nearest_on_faces() {
         Nearest nearest;
         clear_ = 0.0;
-        for (const Candidate& c : candidates_) {
+        for (const SeedCandidate& c : candidates_) {
             if (c.lower > nearest.distance) break;
             if (nearest.on_face &&
                 holds_none_nearer_than(model_.mesh, query_, *nearest.on_face, c.slot))
@@ -276,7 +276,7 @@ class Search {
         }
         if (nearest.distance < infinity || candidates_.empty()) return;
         // A face without any edge and no foot in its trim: the triangulation is all there is.
-        const Candidate& c = candidates_.front();
+        const SeedCandidate& c = candidates_.front();
         const int face = model_.mesh.starts[std::size_t(c.slot)].face;
         FaceSurface::Foot foot;
         foot.uv = start_of(c);
@@ -313,7 +313,7 @@ class Search {
 
     void add_uses(const CurveHit& hit) {
         const ModelEdge& edge = model_.network.edges[std::size_t(hit.edge)];
-        for (const EdgeUse& use : edge.uses)
+        for (const FaceOfEdge& use : edge.uses)
             s_.beside.push_back({use.face, normal_beside(edge, use, hit.t, model_.surfaces),
                                  parameters_beside(edge, use, hit.t)});
     }
@@ -325,7 +325,7 @@ class Search {
                                    ? Vec3((query_ - answer.point) / answer.distance)
                                    : Vec3(Vec3::Zero());
         double best = -1.0;
-        for (const Facing& f : s_.beside) {
+        for (const NormalBeside& f : s_.beside) {
             const double looks = std::abs(f.normal.dot(direction));
             if (looks <= best + 1e-6) continue;
             best = looks;
@@ -362,7 +362,7 @@ class Search {
             if (hit.distance >= limit) return limit;
             s_.beside.clear();
             add_uses(hit);
-            for (const Facing& f : s_.beside) {
+            for (const NormalBeside& f : s_.beside) {
                 if (!(f.normal.dot(side) > 0.0)) continue;
                 reach = hit.distance;
                 best = FootPoint{hit.point, f.normal, hit.distance, f.face, f.uv};
@@ -377,24 +377,24 @@ class Search {
 
     const SearchModel& model_;
     Vec3 query_;
-    Scratch& s_;
+    SearchScratch& s_;
     double first_bound_;                ///< something on the model is no farther
     double triangle_bound_ = infinity;  ///< the same, by the triangulation
     double edge_bound_ = infinity;
     double clear_ = 0.0;  ///< no edge is nearer
-    std::span<const Candidate> candidates_;
+    std::span<const SeedCandidate> candidates_;
     bool all_triangles_ = false;
 };
 
 }  // namespace
 
 FootPoint nearest_point(const SearchModel& model, const Vec3& query, double bound) {
-    return Search(model, query, bound).plain();
+    return FootSearch(model, query, bound).plain();
 }
 
 FootPoint nearest_point_facing(const SearchModel& model, const Vec3& query, const Vec3& side,
                                double bound) {
-    return Search(model, query, bound).facing(side);
+    return FootSearch(model, query, bound).facing(side);
 }
 
 }  // namespace patchwright::occ

@@ -12,7 +12,7 @@
 namespace patchwright::occ {
 
 /// A triangle that may hold the nearest point.
-struct Candidate {
+struct SeedCandidate {
     float lower;  ///< the triangle's part of the face is no nearer
     std::int32_t slot;
     float distance, height;  ///< of the triangle; the latter with a sign
@@ -57,7 +57,7 @@ struct LeafBounds {
 /// The triangles of a leaf that count, written one after the other; room for all is needed.
 /// @return how many
 inline std::size_t write_candidates(const LeafBounds& leaf, const geom::TriangleTree::Near& near,
-                                    std::int32_t slot, const Mask& counts, Candidate* to) {
+                                    std::int32_t slot, const Mask& counts, SeedCandidate* to) {
     const Lanes slots = reinterpret_cast<Lanes>(slot + Mask{0, 1, 2, 3});
     const Lanes distance = load(near.distance), height = load(near.height);
     // Lane by lane from four rows. Written whether it counts or not: cheaper than to foresee which
@@ -66,9 +66,9 @@ inline std::size_t write_candidates(const LeafBounds& leaf, const geom::Triangle
     const Lanes b = __builtin_shufflevector(distance, height, 0, 4, 1, 5);
     const Lanes c = __builtin_shufflevector(leaf.lower, slots, 2, 6, 3, 7);
     const Lanes d = __builtin_shufflevector(distance, height, 2, 6, 3, 7);
-    Candidate* end = to;
+    SeedCandidate* end = to;
     const auto write = [&](const Lanes& candidate, std::size_t lane) {
-        static_assert(sizeof(Candidate) == sizeof candidate);
+        static_assert(sizeof(SeedCandidate) == sizeof candidate);
         std::memcpy(static_cast<void*>(end), &candidate, sizeof candidate);
         end -= counts[lane];
     };

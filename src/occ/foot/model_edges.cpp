@@ -45,7 +45,7 @@ void add_uses(EdgeNetwork& network, const EdgeIndex& index, const TopoDS_Face& f
         const TopoDS_Edge& edge = TopoDS::Edge(it.Current());
         const int slot = index.number[std::size_t(index.edges.FindIndex(edge)) - 1];
         if (slot < 0) continue;
-        EdgeUse use;
+        FaceOfEdge use;
         use.face = number;
         use.curve = BRep_Tool::CurveOnSurface(edge, forward, use.first, use.last);
         use.reversed =
@@ -137,7 +137,7 @@ void split_by_sharpness(EdgeNetwork& network, const std::vector<FaceSurface>& su
             const auto share = [&](double t) {
                 return (t - edge.first) / (edge.last - edge.first);
             };
-            for (EdgeUse& use : part.uses) {
+            for (FaceOfEdge& use : part.uses) {
                 const double length = use.last - use.first, first = use.first;
                 use.first = first + share(start) * length;
                 use.last = first + share(end) * length;
@@ -151,7 +151,7 @@ void split_by_sharpness(EdgeNetwork& network, const std::vector<FaceSurface>& su
 }
 
 /// What features leave a vertex, and in which directions.
-struct VertexFeatures {
+struct VertexDirections {
     std::vector<Vec3> directions;
     bool sharp = false, free = false;
 
@@ -174,7 +174,7 @@ struct VertexFeatures {
 };
 
 std::vector<NetworkCorner> find_corners(const EdgeNetwork& network, const std::vector<char>& apex) {
-    std::vector<VertexFeatures> features(network.vertices.size());
+    std::vector<VertexDirections> features(network.vertices.size());
     for (const ModelEdge& edge : network.edges) {
         if (edge.kind == EdgeKind::Smooth) continue;
         if (edge.start >= 0)
@@ -226,13 +226,13 @@ Vec3 ModelEdge::tangent(double t) const {
     return (usable ? derivative : chord).normalized();
 }
 
-Vec2 parameters_beside(const ModelEdge& edge, const EdgeUse& use, double t) {
+Vec2 parameters_beside(const ModelEdge& edge, const FaceOfEdge& use, double t) {
     if (use.curve.IsNull()) return Vec2::Zero();
     const double s = (t - edge.first) / (edge.last - edge.first);
     return vec(use.curve->Value(use.first + s * (use.last - use.first)));
 }
 
-Vec3 normal_beside(const ModelEdge& edge, const EdgeUse& use, double t,
+Vec3 normal_beside(const ModelEdge& edge, const FaceOfEdge& use, double t,
                    const std::vector<FaceSurface>& surfaces) {
     if (use.curve.IsNull()) return Vec3::Zero();
     return surfaces[std::size_t(use.face)].normal(parameters_beside(edge, use, t));

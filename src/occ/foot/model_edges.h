@@ -17,7 +17,7 @@ namespace patchwright::occ {
 enum class EdgeKind { Smooth, Sharp, Free };
 
 /// One use of an edge by a face.
-struct EdgeUse {
+struct FaceOfEdge {
     int face = -1;
     Handle(Geom2d_Curve) curve;  ///< in the face's parameters
     double first = 0.0, last = 0.0;
@@ -30,7 +30,7 @@ struct ModelEdge {
     double tolerance = 0.0;
     int start = -1, end = -1;  ///< vertex numbers; equal for closed edges
     int shape_edge = -1;       ///< number in TopExp::MapShapes order, from 0
-    std::vector<EdgeUse> uses;
+    std::vector<FaceOfEdge> uses;
     EdgeKind kind = EdgeKind::Smooth;
     /// Dihedral deviation from flat as sampled along the edge, radians; 0 for free edges.
     double least_angle = 0.0, greatest_angle = 0.0;
@@ -41,10 +41,10 @@ struct ModelEdge {
 };
 
 /// The using face's parameters beside the edge at curve parameter t; zero without a p-curve.
-Vec2 parameters_beside(const ModelEdge& edge, const EdgeUse& use, double t);
+Vec2 parameters_beside(const ModelEdge& edge, const FaceOfEdge& use, double t);
 
 /// Outward normal of the using face beside the edge at curve parameter t; zero where it has none.
-geom::Vec3 normal_beside(const ModelEdge& edge, const EdgeUse& use, double t,
+geom::Vec3 normal_beside(const ModelEdge& edge, const FaceOfEdge& use, double t,
                          const std::vector<FaceSurface>& surfaces);
 
 double angle_between(const geom::Vec3& a, const geom::Vec3& b);

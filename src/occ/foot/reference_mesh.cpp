@@ -136,8 +136,8 @@ void append_kernel_mesh(const TopoDS_Face& face, const FaceSurface& surface, int
 void append_grid(const FaceSurface& surface, int number, ReferenceMesh& into) {
     constexpr int cells = 48;
     const Vec2 range = surface.high() - surface.low();
-    using Place = std::array<int, 2>;
-    const auto add = [&](const std::array<Place, 3>& places) {
+    using GridNode = std::array<int, 2>;
+    const auto add = [&](const std::array<GridNode, 3>& places) {
         MeshTriangle triangle;
         triangle.face = number;
         triangle.overhang = std::numeric_limits<double>::infinity();
@@ -151,8 +151,8 @@ void append_grid(const FaceSurface& surface, int number, ReferenceMesh& into) {
     };
     for (int i = 0; i < cells; ++i) {
         for (int j = 0; j < cells; ++j) {
-            add({Place{i, j}, Place{i + 1, j}, Place{i + 1, j + 1}});
-            add({Place{i, j}, Place{i + 1, j + 1}, Place{i, j + 1}});
+            add({GridNode{i, j}, GridNode{i + 1, j}, GridNode{i + 1, j + 1}});
+            add({GridNode{i, j}, GridNode{i + 1, j + 1}, GridNode{i, j + 1}});
         }
     }
     into.nodes += (cells + 1) * (cells + 1);

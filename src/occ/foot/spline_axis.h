@@ -49,13 +49,13 @@ class SplineAxis {
     [[nodiscard]] int spans() const { return int(breaks_.size()) - 1; }
 
     /// A single span.
-    struct Line {
+    struct SingleSpan {
         double first, scale;
         [[nodiscard, gnu::always_inline]] SpanPlace find(double t) const {
             return {0, (t - first) * scale - 1.0, scale};
         }
     };
-    [[nodiscard]] Line line() const { return {first_break_, first_scale_}; }
+    [[nodiscard]] SingleSpan line() const { return {first_break_, first_scale_}; }
     [[nodiscard]] bool is_line() const { return scale_.size() == 1 && !(period_ > 0.0); }
     [[nodiscard, gnu::always_inline]] SpanPlace find(double t) const {
         if (period_ > 0.0) t -= std::floor((t - first_break_) / period_) * period_;

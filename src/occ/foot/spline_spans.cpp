@@ -262,7 +262,7 @@ class alignas(64) SplineSpans final : public SurfaceEvaluator {
     }
 
     // What one span asks for lies in one line of the cache: with many faces that is what is paid.
-    SplineAxis::Line first_u_, first_v_;
+    SplineAxis::SingleSpan first_u_, first_v_;
     const double* coefficients_ = nullptr;
     bool single_;  ///< one span, not periodic
     int degree_u_, degree_v_;

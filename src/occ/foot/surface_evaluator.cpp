@@ -44,10 +44,10 @@ class KernelSurface final : public SurfaceEvaluator {
 };
 
 /// Axes that need not be right-handed.
-struct Frame {
+struct SurfaceAxes {
     Vec3 origin, x, y, z;
 
-    explicit Frame(const gp_Ax3& axes)
+    explicit SurfaceAxes(const gp_Ax3& axes)
         : origin(vec(axes.Location())),
           x(vec(axes.XDirection().XYZ())),
           y(vec(axes.YDirection().XYZ())),
@@ -70,7 +70,7 @@ class PlaneSurface final : public SurfaceEvaluator {
     }
 
   private:
-    Frame frame_;
+    SurfaceAxes frame_;
 };
 
 /// Radius and height of a profile with derivatives.
@@ -147,7 +147,7 @@ class RoundSurface final : public SurfaceEvaluator {
     }
 
   private:
-    Frame frame_;
+    SurfaceAxes frame_;
     Profile profile_;
 };
 

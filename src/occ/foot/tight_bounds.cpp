@@ -28,7 +28,7 @@ namespace {
 using geom::Vec3;
 
 /// One of the six sides of a box, seen as the maximum of a linear function.
-struct Side {
+struct BoxSide {
     int axis;
     double sign;
 
@@ -38,12 +38,12 @@ struct Side {
     }
 };
 
-constexpr Side sides[] = {{0, 1.0}, {0, -1.0}, {1, 1.0}, {1, -1.0}, {2, 1.0}, {2, -1.0}};
+constexpr BoxSide sides[] = {{0, 1.0}, {0, -1.0}, {1, 1.0}, {1, -1.0}, {2, 1.0}, {2, -1.0}};
 
 int sample_count(int spans, int degree) { return std::clamp(spans * (degree + 1), 12, 200); }
 
 /// Golden section: the sides of an edge's box lie at its ends or where it turns.
-void add_turning_point(const BRepAdaptor_Curve& curve, double low, double high, const Side& side,
+void add_turning_point(const BRepAdaptor_Curve& curve, double low, double high, const BoxSide& side,
                        geom::Box3& box) {
     constexpr double golden = 0.6180339887498949;
     for (int i = 0; i < 40; ++i) {
@@ -75,7 +75,7 @@ void add_edge(const TopoDS_Edge& edge, geom::Box3& box) {
             reach = std::max(reach, (points[std::size_t(k)] - points[std::size_t(k) - 1]).norm());
     }
     if (line) return;
-    for (const Side& side : sides) {
+    for (const BoxSide& side : sides) {
         const auto best =
             std::max_element(points.begin(), points.end(),
                              [&](const Vec3& a, const Vec3& b) { return side(a) < side(b); });
@@ -96,11 +96,11 @@ class FaceBulge {
     void add_to(geom::Box3& box) {
         if (surface_.GetType() == GeomAbs_Plane || !bounded() || !may_leave(box)) return;
         take_samples();
-        for (const Side& side : sides) climb(side, box);
+        for (const BoxSide& side : sides) climb(side, box);
     }
 
   private:
-    struct Sample {
+    struct BoundSample {
         Vec2 uv;
         Vec3 point;
     };
@@ -150,19 +150,20 @@ class FaceBulge {
     }
 
     /// From the best samples that belong to the face, by steps that shrink.
-    void climb(const Side& side, geom::Box3& box) {
-        std::vector<const Sample*> order;
-        for (const Sample& s : samples_) {
+    void climb(const BoxSide& side, geom::Box3& box) {
+        std::vector<const BoundSample*> order;
+        for (const BoundSample& s : samples_) {
             if (side(s.point) + reach_ > side.of(box)) order.push_back(&s);
         }
         constexpr std::size_t max_tried = 64;
         const auto kept = std::min(order.size(), max_tried);
-        std::partial_sort(
-            order.begin(), order.begin() + std::ptrdiff_t(kept), order.end(),
-            [&](const Sample* a, const Sample* b) { return side(a->point) > side(b->point); });
+        std::partial_sort(order.begin(), order.begin() + std::ptrdiff_t(kept), order.end(),
+                          [&](const BoundSample* a, const BoundSample* b) {
+                              return side(a->point) > side(b->point);
+                          });
         order.resize(kept);
         int climbed = 0;
-        for (const Sample* s : order) {
+        for (const BoundSample* s : order) {
             if (climbed == 3 || side(s->point) + reach_ <= side.of(box)) break;
             if (!inside(s->uv)) continue;
             box.add(climb_from(*s, side));
@@ -170,7 +171,7 @@ class FaceBulge {
         }
     }
 
-    Vec3 climb_from(Sample best, const Side& side) {
+    Vec3 climb_from(BoundSample best, const BoxSide& side) {
         Vec2 step = 0.5 * step_;
         for (int halvings = 0; halvings < 24;) {
             bool moved = false;
@@ -191,7 +192,7 @@ class FaceBulge {
     TopoDS_Face face_;
     BRepAdaptor_Surface surface_;
     Vec2 low_, high_, step_;
-    std::vector<Sample> samples_;
+    std::vector<BoundSample> samples_;
     double reach_ = 0.0;
     std::optional<BRepTopAdaptor_FClass2d> classifier_;
 };

@@ -26,13 +26,13 @@ constexpr int max_halvings = 40;
 
 TrimRegion::TrimRegion(const TopoDS_Face& face) {
     const TopoDS_Face forward = TopoDS::Face(face.Oriented(TopAbs_FORWARD));
-    std::vector<std::vector<Run>> wires;
+    std::vector<std::vector<EdgeRun>> wires;
     for (TopoDS_Iterator it(forward); it.More(); it.Next()) {
         if (it.Value().ShapeType() == TopAbs_WIRE) wires.push_back(runs_of(it.Value(), forward));
     }
     std::erase_if(wires, [](const auto& runs) { return runs.empty(); });
     for (const auto& runs : wires) {
-        for (const Run& run : runs) add_curve(run);
+        for (const EdgeRun& run : runs) add_curve(run);
         close_gaps(runs);
     }
     measure();
@@ -41,14 +41,14 @@ TrimRegion::TrimRegion(const TopoDS_Face& face) {
 }
 
 // Widens the rectangle roughly, so that chords can be made fine relative to the region's size.
-std::vector<TrimRegion::Run> TrimRegion::runs_of(const TopoDS_Shape& wire,
-                                                 const TopoDS_Face& face) {
-    std::vector<Run> runs;
+std::vector<TrimRegion::EdgeRun> TrimRegion::runs_of(const TopoDS_Shape& wire,
+                                                     const TopoDS_Face& face) {
+    std::vector<EdgeRun> runs;
     for (TopoDS_Iterator it(wire); it.More(); it.Next()) {
         const TopoDS_Edge& edge = TopoDS::Edge(it.Value());
         const bool reversed = edge.Orientation() == TopAbs_REVERSED;
         if (!reversed && edge.Orientation() != TopAbs_FORWARD) continue;
-        Run run;
+        EdgeRun run;
         run.curve = BRep_Tool::CurveOnSurface(edge, face, run.first, run.last);
         if (run.curve.IsNull()) continue;
         run.start = vec(run.curve->Value(reversed ? run.last : run.first));
@@ -64,7 +64,7 @@ std::vector<TrimRegion::Run> TrimRegion::runs_of(const TopoDS_Shape& wire,
     return runs;
 }
 
-void TrimRegion::add_curve(const Run& run) {
+void TrimRegion::add_curve(const EdgeRun& run) {
     const auto index = std::int32_t(curves_.size());
     curves_.push_back(run.curve);
     const Geom2dAdaptor_Curve adaptor(run.curve, run.first, run.last);
@@ -100,10 +100,10 @@ void TrimRegion::split(Chord chord, int depth) {
     split({middle, chord.end, Vec2::Zero(), t, chord.t1, chord.curve}, depth + 1);
 }
 
-void TrimRegion::close_gaps(const std::vector<Run>& runs) {
+void TrimRegion::close_gaps(const std::vector<EdgeRun>& runs) {
     // Wires from files need not list their edges in order: each end is joined to the nearest start.
     std::vector<bool> taken(runs.size(), false);
-    for (const Run& run : runs) {
+    for (const EdgeRun& run : runs) {
         std::size_t next = 0;
         double nearest = std::numeric_limits<double>::infinity();
         for (std::size_t i = 0; i < runs.size(); ++i) {

@@ -37,16 +37,16 @@ class TrimRegion {
         std::int32_t curve;  ///< -1: the chord itself, closing a gap between two p-curves
     };
     /// One p-curve as the boundary runs through it.
-    struct Run {
+    struct EdgeRun {
         Handle(Geom2d_Curve) curve;
         double first = 0.0, last = 0.0;
         Vec2 start, end;
     };
 
-    std::vector<Run> runs_of(const TopoDS_Shape& wire, const TopoDS_Face& face);
-    void add_curve(const Run& run);
+    std::vector<EdgeRun> runs_of(const TopoDS_Shape& wire, const TopoDS_Face& face);
+    void add_curve(const EdgeRun& run);
     void split(Chord chord, int depth);
-    void close_gaps(const std::vector<Run>& runs);
+    void close_gaps(const std::vector<EdgeRun>& runs);
     void measure();
     void make_bands();
     [[nodiscard]] bool all_on_rectangle() const;

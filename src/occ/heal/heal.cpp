@@ -94,7 +94,7 @@ class FaceGraph {
             for (std::size_t next = 0; next < part.size(); ++next) {
                 const auto f = std::size_t(part[next]);
                 turned_count += turned[f] != 0 ? 1 : 0;
-                for (const Neighbour& n : neighbours_[f]) {
+                for (const AdjacentFace& n : neighbours_[f]) {
                     auto& state = turned[std::size_t(n.face)];
                     if (state >= 0) continue;
                     state = static_cast<signed char>(n.agrees ? turned[f] : 1 - turned[f]);
@@ -120,14 +120,14 @@ class FaceGraph {
         int face;
         bool forward;
     };
-    struct Neighbour {
+    struct AdjacentFace {
         int face;
         bool agrees;
     };
     std::vector<TopoDS_Shape> faces_;
     TopTools_IndexedMapOfShape edges_;
     std::vector<std::vector<Use>> uses_;
-    std::vector<std::vector<Neighbour>> neighbours_;
+    std::vector<std::vector<AdjacentFace>> neighbours_;
 };
 
 std::string gap_text(double gap, double size) {
