@@ -283,3 +283,28 @@ TEST_CASE("random cages come back from STEP without gaps and kinks", "[occ][orac
         CHECK(result.kink_deg <= 1e-5);
     }
 }
+
+TEST_CASE("reading, sewing and triangulating stop when asked", "[occ]") {
+    const Folder folder;
+    const fs::path path = folder / "loose.igs";
+    occ::write_cad(loose_box(100.0, 1e-3), path);
+    const occ::CadModel model = occ::read_cad(path).model;
+    const auto polls_of = [](const auto& work) {
+        // Stopped at the first poll, at the second, ..., until it comes to its end.
+        for (int allowed = 0;; ++allowed) {
+            int polls = 0;
+            const base::Progress progress = [&](std::string_view, double) {
+                return ++polls <= allowed;
+            };
+            try {
+                work(progress);
+                return polls;
+            } catch (const base::Cancelled&) {
+                CHECK(polls == allowed + 1);
+            }
+        }
+    };
+    CHECK(polls_of([&](const base::Progress& p) { occ::read_cad(path, {.progress = p}); }) >= 5);
+    CHECK(polls_of([&](const base::Progress& p) { occ::CadReference(model, {.progress = p}); }) >=
+          6);
+}

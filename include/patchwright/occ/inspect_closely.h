@@ -56,6 +56,7 @@ CloseInspection inspect_closely(const CadModel& model, const CloseInspectionOpti
 
 /// Solids of which one reaches into the other by more than 1e-5 of the smaller one's diagonal, as
 /// sampled at points of their faces, edges and vertices. Solids that merely touch do not count.
-std::vector<std::array<int, 2>> overlapping_solids(const CadModel& model);
+std::vector<std::array<int, 2>> overlapping_solids(const CadModel& model,
+                                                   const base::Progress& progress = {});
 
 }  // namespace patchwright::occ

@@ -142,17 +142,20 @@ bool reaches_into(const SampledSolid& a, const SampledSolid& b, double depth) {
     });
 }
 
-std::vector<std::array<int, 2>> find_overlaps(const CadModel& model) {
+std::vector<std::array<int, 2>> find_overlaps(const CadModel& model,
+                                              const base::Progress& progress) {
     constexpr double depth_rel = 1e-5, deflection_rel = 1e-3;
     constexpr int samples = 1000;
     std::vector<SampledSolid> bodies;
     for (TopExp_Explorer it(model.impl().shape, TopAbs_SOLID); it.More(); it.Next()) {
-        CadReference reference(model_of(it.Current()), {.deflection_rel = deflection_rel});
+        CadReference reference(model_of(it.Current()),
+                               {.deflection_rel = deflection_rel, .progress = progress});
         auto points = reference.sample(samples);
         bodies.push_back({std::move(reference), std::move(points)});
     }
     std::vector<std::array<int, 2>> result;
     for (std::size_t i = 0; i < bodies.size(); ++i) {
+        base::report_progress(progress, "overlaps", double(i) / double(bodies.size()));
         for (std::size_t k = i + 1; k < bodies.size(); ++k) {
             const geom::Box3 a = bodies[i].reference.bounds(), b = bodies[k].reference.bounds();
             if ((a.max.array() < b.min.array()).any() || (b.max.array() < a.min.array()).any())
@@ -168,12 +171,13 @@ std::vector<std::array<int, 2>> find_overlaps(const CadModel& model) {
 
 }  // namespace
 
-std::vector<std::array<int, 2>> overlapping_solids(const CadModel& model) {
+std::vector<std::array<int, 2>> overlapping_solids(const CadModel& model,
+                                                   const base::Progress& progress) {
     int solids = 0;
     for (TopExp_Explorer it(model.impl().shape, TopAbs_SOLID); it.More(); it.Next()) ++solids;
     if (solids < 2) return {};
     return guard_kernel<base::InputError>("looking for overlapping solids",
-                                          [&] { return find_overlaps(model); });
+                                          [&] { return find_overlaps(model, progress); });
 }
 
 CloseInspection inspect_closely(const CadModel& model, const CloseInspectionOptions& options) {
@@ -191,7 +195,7 @@ CloseInspection inspect_closely(const CadModel& model, const CloseInspectionOpti
                                                [](const auto& name) { return !name.empty(); }));
         result.coloured_faces = int(std::count_if(
             colours.begin(), colours.end(), [](const auto& colour) { return colour.has_value(); }));
-        result.overlapping_solids = overlapping_solids(model);
+        result.overlapping_solids = overlapping_solids(model, options.progress);
         return result;
     });
 }

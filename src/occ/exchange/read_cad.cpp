@@ -7,6 +7,7 @@
 #include "occ/exchange/temporary_file.h"
 #include "occ/heal/heal.h"
 #include "occ/kernel_guard.h"
+#include "occ/kernel_progress.h"
 
 #include <patchwright/base/error.h>
 
@@ -78,7 +79,15 @@ std::string step_schema_name(const std::string& identifier) {
     return identifier.substr(0, identifier.find(' '));
 }
 
-TopoDS_Shape read_step(const Path& path, ReadReport& report, FaceAttributeMap& attributes) {
+/// @throw Cancelled when the callback stops it
+void transfer_roots(XSControl_Reader& reader, const base::Progress& progress) {
+    const Handle(KernelProgress) polled = new KernelProgress(progress, "read", 0.1);
+    reader.TransferRoots(polled->Start());
+    polled->check();
+}
+
+TopoDS_Shape read_step(const Path& path, const base::Progress& progress, ReadReport& report,
+                       FaceAttributeMap& attributes) {
     const std::string text = check_step_file(path);
     ExchangeSession session;
     STEPControl_Reader reader;
@@ -110,14 +119,15 @@ TopoDS_Shape read_step(const Path& path, ReadReport& report, FaceAttributeMap& a
                                                  base::short_name(*unit)));
         }
     }
-    reader.TransferRoots();
+    transfer_roots(reader, progress);
     attributes = step_attributes(reader);
     TopoDS_Shape shape = reader.OneShape();
     report.lost = lost_in_step(reader, shape, text);
     return shape;
 }
 
-TopoDS_Shape read_iges(const Path& path, ReadReport& report, FaceAttributeMap& attributes) {
+TopoDS_Shape read_iges(const Path& path, const base::Progress& progress, ReadReport& report,
+                       FaceAttributeMap& attributes) {
     const auto repair = repair_iges(check_iges_file(path));
     std::optional<TemporaryFile> repaired;
     if (repair) {
@@ -154,7 +164,7 @@ TopoDS_Shape read_iges(const Path& path, ReadReport& report, FaceAttributeMap& a
                             "right, reports use mm",
                             path.string(), global.UnitFlag()));
     }
-    reader.TransferRoots();
+    transfer_roots(reader, progress);
     attributes = iges_attributes(reader);
     TopoDS_Shape shape = reader.OneShape();
     report.lost = lost_in_iges(reader, shape);
@@ -202,9 +212,10 @@ ReadResult read_cad(const Path& path, const ReadOptions& options) {
     auto impl = std::make_shared<CadModel::Impl>();
     guard_kernel<base::InputError>(path.string(), [&] {
         FaceAttributeMap attributes;
-        TopoDS_Shape shape = report.format == FileFormat::Step ? read_step(path, report, attributes)
+        TopoDS_Shape shape = report.format == FileFormat::Step
+                                 ? read_step(path, options.progress, report, attributes)
                              : report.format == FileFormat::Iges
-                                 ? read_iges(path, report, attributes)
+                                 ? read_iges(path, options.progress, report, attributes)
                                  : read_brep(path);
         for (const LostEntity& lost : report.lost)
             report.notices.push_back(fmt::format("{}: {} {} is lost{}{}", path.string(),
@@ -220,8 +231,9 @@ ReadResult read_cad(const Path& path, const ReadOptions& options) {
         apply_unit_override(shape, options, report, origins);
         shape = keep_faces(shape);
         report.free_edges_before = count_free_edges(shape);
-        impl->shape =
-            options.heal ? heal(shape, options.max_sewing_tolerance_rel, report, origins) : shape;
+        impl->shape = options.heal ? heal(shape, options.max_sewing_tolerance_rel, report, origins,
+                                          options.progress)
+                                   : shape;
         report.free_edges_after = count_free_edges(impl->shape);
         for (const TopoDS_Face& face : faces_of(CadModel(impl))) {
             const FaceAttributes& given = attributes[origins.origin(face)];

@@ -86,14 +86,16 @@ void fill(SearchModel& model, const TopoDS_Shape& shape, const ReferenceOptions&
     for (const TopoDS_Face& face : copy.faces)
         model.surfaces.emplace_back(face, diagonal, &model.memory);
     base::report_progress(options.progress, "reference", 0.1);
-    model.mesh = triangulate(copy, model.surfaces, deflection);
+    model.mesh = triangulate(copy, model.surfaces, deflection, options.progress);
     if (model.mesh.triangles.empty())
         throw base::InputError("CAD model: no face can be triangulated; heal the file");
     measure_bounds(model);
     base::report_progress(options.progress, "reference", 0.8);
     model.network = collect_edges(copy.shape, copy.faces, model.surfaces, options.sharp_angle_rad);
+    base::report_progress(options.progress, "reference", 0.85);
     for (const ModelEdge& edge : model.network.edges) model.mesh.covers_edges &= !edge.uses.empty();
     index_edges(model, deflection);
+    base::report_progress(options.progress, "reference", 0.9);
     model.mesh.around = look_around(model.mesh, model.surfaces, model.all_edges);
     model.side_reach = options.side_reach_rel * model.size;
     base::report_progress(options.progress, "reference", 1.0);

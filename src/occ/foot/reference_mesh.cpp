@@ -1,5 +1,7 @@
 #include "occ/foot/reference_mesh.h"
 
+#include "occ/kernel_progress.h"
+
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
 #include <patchwright/geom/nearest.h>
@@ -10,6 +12,7 @@
 #include <BRepTools.hxx>
 #include <BRep_Tool.hxx>
 #include <Geom_Curve.hxx>
+#include <IMeshTools_Parameters.hxx>
 #include <Poly_PolygonOnTriangulation.hxx>
 #include <Poly_Triangulation.hxx>
 #include <Precision.hxx>
@@ -32,6 +35,8 @@ using geom::Vec3;
 
 namespace {
 
+/// Measured in about a tenth of a second on one core.
+constexpr std::size_t triangles_between_polls = 16384;
 // Deviations are seen at a few points of a triangle only.
 constexpr double safety = 1.5, turn_safety = 2.0;
 constexpr double angular_deflection_rad = 0.3;
@@ -270,9 +275,14 @@ SearchableShape make_searchable(const TopoDS_Shape& shape) {
 }
 
 ReferenceMesh triangulate(const SearchableShape& model, const std::vector<FaceSurface>& surfaces,
-                          double deflection) {
-    const BRepMesh_IncrementalMesh mesher(model.shape, deflection, Standard_False,
-                                          angular_deflection_rad, Standard_True);
+                          double deflection, const base::Progress& progress) {
+    IMeshTools_Parameters parameters;
+    parameters.Deflection = deflection;
+    parameters.Angle = angular_deflection_rad;
+    parameters.InParallel = Standard_True;
+    const Handle(KernelProgress) polled = new KernelProgress(progress, "reference", 0.1);
+    const BRepMesh_IncrementalMesh mesher(model.shape, parameters, polled->Start());
+    polled->check();
     ReferenceMesh mesh;
     const double off_face = std::max(off_face_rel * deflection, 2.0 * Precision::Confusion());
     for (std::size_t i = 0; i < model.faces.size(); ++i) {
@@ -295,14 +305,19 @@ ReferenceMesh triangulate(const SearchableShape& model, const std::vector<FaceSu
         for (const Vec3& p : t.corner) bounds.add(p);
     std::vector<geom::TriangleTree::Corners> corners(mesh.triangles.size());
     std::vector<double> errors(mesh.triangles.size());
-    base::parallel_for(corners.size(), 512, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            MeshTriangle& t = mesh.triangles[i];
-            measure(t, surfaces[std::size_t(t.face)], bounds.diagonal());
-            corners[i] = t.corner;
-            errors[i] = t.error;
-        }
-    });
+    for (std::size_t first = 0; first < corners.size(); first += triangles_between_polls) {
+        base::report_progress(progress, "reference",
+                              0.5 + 0.3 * double(first) / double(corners.size()));
+        const std::size_t count = std::min(triangles_between_polls, corners.size() - first);
+        base::parallel_for(count, 512, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = first + begin; i < first + end; ++i) {
+                MeshTriangle& t = mesh.triangles[i];
+                measure(t, surfaces[std::size_t(t.face)], bounds.diagonal());
+                corners[i] = t.corner;
+                errors[i] = t.error;
+            }
+        });
+    }
     mesh.tree = geom::TriangleTree(corners, errors);
     lay_out_seeds(mesh);
     return mesh;

@@ -4,6 +4,8 @@
 #include "geom/triangle_tree.h"
 #include "occ/foot/face_surface.h"
 
+#include <patchwright/base/progress.h>
+
 #include <TopoDS_Face.hxx>
 #include <TopoDS_Shape.hxx>
 
@@ -102,7 +104,8 @@ SearchableShape make_searchable(const TopoDS_Shape& shape);
 
 /// Triangulates the faces in place, reads the result, and removes it from the shape again.
 /// @param deflection  millimetres
+/// @throw Cancelled when the callback stops it
 ReferenceMesh triangulate(const SearchableShape& model, const std::vector<FaceSurface>& surfaces,
-                          double deflection);
+                          double deflection, const base::Progress& progress = {});
 
 }  // namespace patchwright::occ

@@ -145,11 +145,13 @@ void note_open_edges(const TopoDS_Shape& shape, double size, ReadReport& report)
 
 /// Sheets that sewing does not improve stay as they are.
 TopoDS_Shape sew_sheets(const std::vector<TopoDS_Shape>& sheets, double size,
-                        double max_tolerance_rel, ReadReport& report, FaceOrigins& origins) {
+                        double max_tolerance_rel, ReadReport& report, FaceOrigins& origins,
+                        const base::Progress& progress) {
     const TopoDS_Shape as_is = compound_of(sheets);
     const int free_edges = count_free_edges(as_is);
     if (free_edges == 0) return as_is;
-    const SewingOptions options{.size = size, .max_wholly_rel = max_tolerance_rel};
+    const SewingOptions options{
+        .size = size, .max_wholly_rel = max_tolerance_rel, .progress = progress};
     Sewn sewn = sew_by_gaps(sheets, options, origins);
     // Without a gap within the limit there was nothing to try.
     if (sewn.shape.IsNull() || sewn.free_edges >= free_edges) {
@@ -207,7 +209,7 @@ TopoDS_Shape keep_faces(const TopoDS_Shape& shape) {
 }
 
 TopoDS_Shape heal(const TopoDS_Shape& shape, double max_tolerance_rel, ReadReport& report,
-                  FaceOrigins& origins) {
+                  FaceOrigins& origins, const base::Progress& progress) {
     const Bodies bodies(shape);
     std::vector<TopoDS_Shape> solids;
     std::vector<TopoDS_Shape> loose = bodies.shells;
@@ -234,7 +236,7 @@ TopoDS_Shape heal(const TopoDS_Shape& shape, double max_tolerance_rel, ReadRepor
         }
         if (!cleaned.parts.empty()) {
             const TopoDS_Shape sheets =
-                sew_sheets(cleaned.parts, size, max_tolerance_rel, report, origins);
+                sew_sheets(cleaned.parts, size, max_tolerance_rel, report, origins, progress);
             for (const TopoDS_Shape& shell : FaceGraph(sheets).shells())
                 result.push_back(body_of_shell(shell));
         }

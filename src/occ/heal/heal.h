@@ -14,7 +14,7 @@ namespace patchwright::occ {
 /// shells become outward solids. Counts and describes in the report what was changed.
 /// @pre the shape holds faces
 TopoDS_Shape heal(const TopoDS_Shape& shape, double max_tolerance_rel, ReadReport& report,
-                  FaceOrigins& origins);
+                  FaceOrigins& origins, const base::Progress& progress = {});
 
 /// Only what holds faces: solids, shells and faces, in a compound when there are several.
 TopoDS_Shape keep_faces(const TopoDS_Shape& shape);

@@ -2,6 +2,7 @@
 
 #include "occ/exchange/cad_model_impl.h"
 #include "occ/heal/free_edge_gaps.h"
+#include "occ/kernel_progress.h"
 
 #include <BRepBuilderAPI_Sewing.hxx>
 #include <BRep_Builder.hxx>
@@ -51,9 +52,13 @@ std::vector<double> tolerances(const std::vector<double>& gaps, double size, dou
 
 class Attempt {
   public:
-    Attempt(const std::vector<TopoDS_Shape>& parts, double tolerance) : sewing_(tolerance) {
+    Attempt(const std::vector<TopoDS_Shape>& parts, double tolerance,
+            const base::Progress& progress)
+        : sewing_(tolerance) {
         for (const TopoDS_Shape& part : parts) sewing_.Add(part);
-        sewing_.Perform();
+        const Handle(KernelProgress) polled = new KernelProgress(progress, "read", 0.6);
+        sewing_.Perform(polled->Start());
+        polled->check();
         sewn_ = {sewing_.SewedShape(), tolerance, 0};
     }
     /// No face was swallowed and none joined to more than one other along an edge.
@@ -87,7 +92,8 @@ Sewn sew_by_gaps(const std::vector<TopoDS_Shape>& parts, const SewingOptions& op
 
     Sewn best;
     const auto attempt = [&](double tolerance, bool wholly) {
-        Attempt tried(parts, tolerance);
+        base::report_progress(options.progress, "read", 0.6);
+        Attempt tried(parts, tolerance, options.progress);
         if (!tried.sound(faces.Extent())) return;
         if (wholly && tried.sewn().free_edges > 0) return;
         if (!best.shape.IsNull() && tried.sewn().free_edges >= best.free_edges) return;

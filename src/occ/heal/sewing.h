@@ -3,6 +3,8 @@
 
 #include "occ/exchange/face_origins.h"
 
+#include <patchwright/base/progress.h>
+
 #include <TopoDS_Shape.hxx>
 
 #include <vector>
@@ -13,6 +15,7 @@ struct SewingOptions {
     double size = 0.0;             ///< millimetres; diagonal of the faces
     double max_partly_rel = 1e-4;  ///< gaps up to this fraction of the size are closed anyway
     double max_wholly_rel = 1e-3;  ///< larger ones up to this only if nothing stays open then
+    base::Progress progress;
 };
 
 struct Sewn {
