@@ -29,6 +29,11 @@ constexpr std::array<double, 6> check_shares{0.02, 0.12, 0.3, 0.5, 0.7, 0.9};
 constexpr double weights_of_bending[] = {0.03, 0.01, 0.003};
 constexpr int fit_rounds = 2;
 
+/// Corners whose sharp edges are nearer to parallel than this (sine), and sectors narrower or wider
+/// than these (radians), are not made smooth: their caps would fold.
+constexpr double least_corner_sine = 0.1;
+constexpr double least_sector_rad = 0.05, widest_sector_rad = 0.95 * M_PI;
+
 /// Where tangent planes do not agree, knots go at least so deep to keep the kink small.
 constexpr int depth_of_kinks = 8;
 
@@ -59,8 +64,8 @@ Eigen::Vector3d unit_triple(int k) {
 }
 
 /// The angle between neighbouring edges at a corner whose sharp edges span the tangent plane; empty
-/// when they do not, or hardly. The limit surface may be folded ever closer to the vertex
-/// (Biermann, Levin, Zorin 2000); where edges lie is told by their far ends.
+/// when they are within 6 degrees of parallel. The limit surface may be folded ever closer to the
+/// vertex (Biermann, Levin, Zorin 2000); where edges lie is told by their far ends.
 std::optional<double> corner_angle(const Eigen::Matrix<double, Eigen::Dynamic, 3>& net, int n) {
     const auto from_vertex = [&](int s, int i, int j) -> Eigen::Vector3d {
         return (net.row(cap_row(s, i, j)) - net.row(0)).transpose();
@@ -77,7 +82,7 @@ std::optional<double> corner_angle(const Eigen::Matrix<double, Eigen::Dynamic, 3
     }
     Eigen::Vector3d normal = first.cross(last);
     if (normal.dot(facing) < 0.0) normal = -normal;
-    if (!(normal.norm() > 0.1 * first.norm() * last.norm())) return {};
+    if (!(normal.norm() > least_corner_sine * first.norm() * last.norm())) return {};
     normal.normalize();
     double total = 0.0;
     for (int s = 0; s < n; ++s) {
@@ -86,7 +91,7 @@ std::optional<double> corner_angle(const Eigen::Matrix<double, Eigen::Dynamic, 3
         total += std::atan2(normal.dot(a.cross(b)), a.dot(b));
     }
     const double angle = total / n;
-    if (!(angle > 0.05) || !(angle < 0.95 * M_PI)) return {};
+    if (!(angle > least_sector_rad) || !(angle < widest_sector_rad)) return {};
     return angle;
 }
 

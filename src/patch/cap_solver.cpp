@@ -15,7 +15,7 @@ struct Unknowns {
     int x = -1, y = -1;  ///< the two vectors that span the tangent plane
     int twist = -1;      ///< point (1, 1) of the first face
     int dart = -1;       ///< point (2, 0) on a dart's sharp edge
-    int spread = 0;      ///< per smooth edge: how points (2, 1) and (1, 2) beside it lie apart
+    int spread = 0;  ///< per smooth edge: half the difference of points (2, 1) and (1, 2) beside it
     int first_side = -1, last_side = -1;  ///< points (2, 1) and (1, 2) beside the sharp edges
     int inner = 0;                        ///< per face: point (2, 2)
     int count = 0;

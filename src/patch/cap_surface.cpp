@@ -43,6 +43,7 @@ CapSurface::Tangent CapSurface::tangent(int face, double u, double v) const {
 CapSurface::CapFoot CapSurface::foot(const Eigen::RowVector3d& point, int face, double u,
                                      double v) const {
     constexpr int most_steps = 12;
+    // A step that leaves more than this of the distance is the last one.
     constexpr double no_progress = 0.999;
     const int n = static_cast<int>(pieces_.size());
     CapFoot best{std::numeric_limits<double>::infinity(), {face, u, v, point, {}}};
@@ -62,7 +63,7 @@ CapSurface::CapFoot CapSurface::foot(const Eigen::RowVector3d& point, int face, 
         const double along_u = at.du.dot(off), along_v = at.dv.dot(off);
         u += (vv * along_u - uv * along_v) / determinant;
         v += (uu * along_v - uv * along_u) / determinant;
-        // Past an edge the neighbour goes on, its own edge turned onto this one's.
+        // Past an edge the neighbour continues, its own edge turned onto this one's.
         if (v < 0.0 && v <= u && (closed_ || face > 0)) {
             face = (face + n - 1) % n;
             std::tie(u, v) = std::pair(-v, u);

@@ -59,7 +59,7 @@ class Tracer {
         }
     }
 
-    /// The half-edge that goes on behind `c`; not valid at walls.
+    /// The half-edge that continues `c`; not valid at walls.
     [[nodiscard]] CornerId straight(CornerId c) const {
         const CornerId left = t_.next(c);
         if (passage_[t_.vertex(left).index()] == Passage::Wall) return CornerId{};

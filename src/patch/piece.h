@@ -31,7 +31,7 @@ struct PolynomialPiece {
 /// that leaves the corner and v along the one that arrives: the same piece in those parameters.
 PolynomialPiece seen_from(const PolynomialPiece& piece, int i);
 
-/// How a face goes on towards its corners.
+/// What a face consists of towards its corners.
 enum class FaceShape {
     Regular,    ///< one polynomial
     OneCorner,  ///< regular but for one corner, and so is every child there: an extraordinary one

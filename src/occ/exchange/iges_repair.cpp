@@ -15,7 +15,7 @@ bool is_parameter_record(std::string_view line) {
     return line.size() > section_column && line[section_column] == 'P';
 }
 
-/// Parameter and record delimiter as the global section sets them: "1H,,1H;," or left out.
+/// Parameter and record delimiter as the global section sets them: "1H,,1H;," or empty.
 std::string delimiters(std::string_view text) {
     std::string global;
     for (std::size_t at = 0; at < text.size() && global.size() < 8;) {

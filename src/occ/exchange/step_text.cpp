@@ -76,9 +76,9 @@ class LineWriter {
 
 struct Instance {
     std::int64_t number = 0;         ///< as read
-    std::int64_t meaning = 0;        ///< as written; that of its twin when it is left away
+    std::int64_t meaning = 0;        ///< as written; that of its twin when it is omitted
     std::size_t begin = 0, end = 0;  ///< of the text behind '=', in the pool
-    bool left_away = false;
+    bool omitted = false;
 };
 
 class Compactor {
@@ -96,7 +96,7 @@ class Compactor {
         out += '\n';
         out.reserve(pool_.size() + pool_.size() / 8 + text.size() - end);
         for (const Instance& instance : instances_) {
-            if (!instance.left_away) write(instance, out);
+            if (!instance.omitted) write(instance, out);
         }
         out += text.substr(end + 1);
         return out;
@@ -132,7 +132,7 @@ class Compactor {
         written_as_.resize(meaning_.size());
         std::int64_t written = 0;
         for (const Instance& instance : instances_) {
-            if (!instance.left_away) written_as_[std::size_t(instance.number)] = ++written;
+            if (!instance.omitted) written_as_[std::size_t(instance.number)] = ++written;
         }
     }
 
@@ -146,7 +146,7 @@ class Compactor {
                 body_of(instance), [&](std::int64_t n) { return meaning_[std::size_t(n)]; },
                 [&](const std::string& token) { text += token; });
             const auto [twin, added] = known.try_emplace(std::move(text), instance.number);
-            instance.left_away = !added;
+            instance.omitted = !added;
             meaning_[std::size_t(instance.number)] = twin->second;
         }
     }

@@ -1,5 +1,7 @@
 #include "occ/foot/curve_search.h"
 
+#include "occ/foot/descent_limits.h"
+
 #include <GeomAdaptor_Curve.hxx>
 #include <Geom_BSplineCurve.hxx>
 #include <Geom_BezierCurve.hxx>
@@ -17,7 +19,16 @@ using geom::Vec3;
 
 namespace {
 
+/// Of curves that are evaluated by powers; the sum of higher ones loses digits.
 constexpr int max_degree = 9;
+/// Most halvings of an edge into chords: 16384 pieces.
+constexpr int max_chord_depth = 14;
+/// Arc by chord of an almost straight piece: an arc of 18 degrees (1 + angle^2 / 24).
+constexpr double straight_ratio = 1.004;
+/// Largest deviation of a piece by the largest one at five samples.
+constexpr double sampling_margin = 1.5;
+/// A step longer than this fraction of its chord may pass over a minimum.
+constexpr double stride_fraction = 0.25;
 
 Handle(Geom_Curve) untrimmed(const Handle(Geom_Curve) & curve) {
     const auto trimmed = Handle(Geom_TrimmedCurve)::DownCast(curve);
@@ -115,11 +126,11 @@ CurveSearch::Polynomial CurveSearch::polynomial_on(const ModelEdge& edge, double
         factor *= half / k;
         powers_.push_back(factor * vec(edge.curve->DN(p.middle, k)));
     }
-    // Not trusted unseen: knots nearer to each other than the kernel tells apart.
+    // Not trusted unseen: knots nearer to each other than the kernel distinguishes.
     for (const double x : {-1.0, -0.5, 0.5, 1.0}) {
         Vec3 at = Vec3::Zero();
         for (int k = p.degree; k >= 0; --k) at = x * at + powers_[std::size_t(p.first + k)];
-        if (!((at - edge.at(p.middle + x * half)).norm() <= 1e-12 * size_)) return {};
+        if (!((at - edge.at(p.middle + x * half)).norm() <= rounding_rel * size_)) return {};
     }
     return p;
 }
@@ -143,7 +154,6 @@ void CurveSearch::sort_powers() {
 }
 
 void CurveSearch::split(Chord chord, double deflection, int depth) {
-    constexpr int max_depth = 14;
     const ModelEdge& edge = (*edges_)[std::size_t(chord.edge)];
     double off = 0.0, arc = 0.0;
     Vec3 last = chord.start, middle = chord.start;
@@ -156,9 +166,10 @@ void CurveSearch::split(Chord chord, double deflection, int depth) {
         if (s == 0.5) middle = p;
     }
     // The arc's excess bounds the turning: about angle^2 / 24 for an arc of circle.
-    const bool straight = arc <= (chord.end - chord.start).norm() * 1.004 + 1e-12 * size_;
-    if ((off <= deflection && straight) || depth >= max_depth) {
-        chord.error = 1.5 * off + edge.tolerance + 1e-12 * size_;
+    const bool straight =
+        arc <= (chord.end - chord.start).norm() * straight_ratio + rounding_rel * size_;
+    if ((off <= deflection && straight) || depth >= max_chord_depth) {
+        chord.error = sampling_margin * off + edge.tolerance + rounding_rel * size_;
         chords_.push_back(chord);
         return;
     }
@@ -215,7 +226,7 @@ inline void CurveSearch::evaluate(const Chord& chord, double t, Vec3& p, Vec3& d
 
 CurveHit CurveSearch::descend(const Chord& chord, const Vec3& query, double s) const {
     constexpr int max_steps = 30, max_halvings = 12;
-    const double stride = 0.25 * (chord.end - chord.start).norm() + 1e-9 * size_;
+    const double stride = stride_fraction * (chord.end - chord.start).norm() + 1e-9 * size_;
     Vec3 p, d, dd;
     double t = chord.t0 + s * (chord.t1 - chord.t0);
     evaluate(chord, t, p, d, dd);
@@ -223,17 +234,17 @@ CurveHit CurveSearch::descend(const Chord& chord, const Vec3& query, double s) c
         const Vec3 r = p - query;
         const double slope = r.dot(d), metric = d.squaredNorm();
         double second = metric + r.dot(dd);
-        const bool newton = second > 1e-9 * metric;
+        const bool newton = second > definite_fraction * metric;
         if (!newton) second = metric;
         if (!(second > 0.0)) break;
         const double step = std::clamp(t - slope / second, chord.t0, chord.t1) - t;
         const double length = std::abs(step) * std::sqrt(metric);
-        if (!(length > 1e-13 * size_)) break;
+        if (!(length > no_step_rel * size_)) break;
         double fraction = std::min(1.0, (newton ? 2.0 : 1.0) * stride / length);
         // Newton's last step gains less than rounding shows. Beside a point without a tangent a
         // long way in the parameter looks short.
-        const bool last = newton && length < 1e-8 * size_ && fraction == 1.0;
-        const double rounding = last ? 1e-13 * size_ : 0.0;
+        const bool last = newton && length < final_step_rel * size_ && fraction == 1.0;
+        const double rounding = last ? no_step_rel * size_ : 0.0;
         const double before = r.squaredNorm() + rounding * (2.0 * r.norm() + rounding);
         Vec3 next, next_d, next_dd;
         for (int k = 0; k < max_halvings; ++k, fraction *= 0.5) {

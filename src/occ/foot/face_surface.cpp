@@ -1,5 +1,6 @@
 #include "occ/foot/face_surface.h"
 
+#include "occ/foot/descent_limits.h"
 #include "occ/foot/fused.h"
 
 #include <BRep_Tool.hxx>
@@ -19,6 +20,22 @@ using geom::Vec3;
 namespace {
 
 double square(double x) { return x * x; }
+
+/// Sine of the angle between the parameter lines below which curvature has no digits left.
+constexpr double least_sine = 1e-7;
+/// A parameter line is a point below this fraction of the model's size.
+constexpr double point_rel = 1e-9;
+/// How far inside the face a limit of normals is sampled, as a fraction of its parameters.
+constexpr double beside_apex = 1e-5;
+/// Cosine between sampled normals below which they have no common limit: 2.6 degrees.
+constexpr double same_normal = 0.999;
+/// Of a descent, and of each of its steps.
+constexpr int max_steps = 50, max_halvings = 12;
+/// A path ends in a known foot when one step brings it nearer by this factor, or when it is within
+/// this fraction of the model's size.
+constexpr double approach = 0.2, near_rel = 1e-6;
+/// Fractions of a face's parameter range: beside a kink, and at a bound.
+constexpr double off_kink = 1e-11, at_bound = 1e-10, across_kink = 1e-9;
 
 // Minimum of g.x + x.Hx / 2 over low <= x <= high, for a positive definite H = [[a, b], [b, c]],
 // where the free one lies outside.
@@ -106,7 +123,7 @@ std::optional<FaceSurface::PrincipalCurvature> FaceSurface::curvature(const Vec2
     const Derivatives d = derivatives(uv);
     const Vec3 cross = d.u.cross(d.v);
     const double sine = cross.norm();
-    if (!(sine > 1e-7 * d.u.norm() * d.v.norm())) return std::nullopt;
+    if (!(sine > least_sine * d.u.norm() * d.v.norm())) return std::nullopt;
     const Vec3 n = orientation_ / sine * cross;
     // The second form in an orthonormal frame: x along u, y across it.
     const double along = d.u.norm(), across = sine / along, shear = d.u.dot(d.v) / along;
@@ -128,7 +145,7 @@ Vec3 FaceSurface::normal(const Vec2& uv) const {
 
 Vec3 FaceSurface::normal_of(const Vec3& du, const Vec3& dv, const Vec2& uv) const {
     const Vec2 range = high_ - low_;
-    const double uu = du.squaredNorm(), vv = dv.squaredNorm(), flat = 1e-18 * size_ * size_;
+    const double uu = du.squaredNorm(), vv = dv.squaredNorm(), flat = square(point_rel * size_);
     const bool flat_u = uu * range[0] * range[0] < flat, flat_v = vv * range[1] * range[1] < flat;
     const Vec3 cross = du.cross(dv);
     const double square = cross.squaredNorm();
@@ -140,16 +157,17 @@ Vec3 FaceSurface::limit_normal(const Vec2& uv, bool flat_u, bool flat_v) const {
     const Vec2 centre = 0.5 * (low_ + high_), range = high_ - low_;
     Vec3 first = Vec3::Zero(), sum = Vec3::Zero();
     for (const double s : {0.1, 0.3, 0.5, 0.7, 0.9}) {
-        Vec2 near = uv + 1e-5 * s * (centre - uv);
+        Vec2 near = uv + beside_apex * s * (centre - uv);
         // Along a side that is one point, the limit must be the same from everywhere.
-        if (flat_u) near = {low_[0] + s * range[0], uv[1] + 1e-5 * (centre[1] - uv[1])};
-        if (flat_v && !flat_u) near = {uv[0] + 1e-5 * (centre[0] - uv[0]), low_[1] + s * range[1]};
+        if (flat_u) near = {low_[0] + s * range[0], uv[1] + beside_apex * (centre[1] - uv[1])};
+        if (flat_v && !flat_u)
+            near = {uv[0] + beside_apex * (centre[0] - uv[0]), low_[1] + s * range[1]};
         const Derivatives d = derivatives(near);
         const Vec3 cross = d.u.cross(d.v);
         const double sine = cross.norm();
         if (!(sine > 0.0)) return Vec3::Zero();
         if (first.isZero(0.0)) first = cross / sine;
-        if (first.dot(cross) < 0.999 * sine) return Vec3::Zero();
+        if (first.dot(cross) < same_normal * sine) return Vec3::Zero();
         sum += cross / sine;
     }
     return orientation_ * sum.normalized();
@@ -181,8 +199,8 @@ FaceSurface::Rectangle FaceSurface::cell_of(const Vec2& uv) const {
             continue;
         }
         if (kinks_[i].empty()) continue;
-        // At a kink the kernel evaluates one side's derivatives: stay off it by next to nothing.
-        const double off = 1e-11 * (high_[k] - low_[k]);
+        // At a kink the kernel evaluates one side's derivatives: stay off it by some bits.
+        const double off = off_kink * (high_[k] - low_[k]);
         const auto above = std::upper_bound(kinks_[i].begin(), kinks_[i].end(), uv[k]);
         if (above != kinks_[i].begin()) cell.low[k] = *(above - 1) + off;
         if (above != kinks_[i].end()) cell.high[k] = *above - off;
@@ -193,7 +211,8 @@ FaceSurface::Rectangle FaceSurface::cell_of(const Vec2& uv) const {
 FaceSurface::Step FaceSurface::step(const DistanceTerms& d, const ParameterPair& at,
                                     const Rectangle& cell) {
     double a = d.uu + d.r_uu, b = d.uv + d.r_uv, c = d.vv + d.r_vv;
-    const bool newton = a > 1e-9 * d.uu && c > 1e-9 * d.vv && a * c - b * b > 1e-9 * a * c;
+    const bool newton = a > definite_fraction * d.uu && c > definite_fraction * d.vv &&
+                        a * c - b * b > definite_fraction * a * c;
     if (!newton) {
         // Gauss-Newton, kept regular where the surface is degenerate.
         a = d.uu * (1 + 1e-9) + 1e-30;
@@ -227,7 +246,7 @@ FaceSurface::Foot FaceSurface::descend_in(const Rectangle& cell, const Vec3& que
 [[gnu::always_inline]] inline void FaceSurface::note_held(Foot& foot, const Rectangle& cell) const {
     for (std::size_t i = 0; i < 2; ++i) {
         const auto k = Eigen::Index(i);
-        const double near = 1e-10 * (high_[k] - low_[k]);
+        const double near = at_bound * (high_[k] - low_[k]);
         if (foot.uv[k] <= cell.low[k] + near) foot.held[i] = -1;
         if (foot.uv[k] >= cell.high[k] - near) foot.held[i] = 1;
     }
@@ -236,10 +255,9 @@ FaceSurface::Foot FaceSurface::descend_in(const Rectangle& cell, const Vec3& que
 [[gnu::always_inline]] inline FaceSurface::Foot FaceSurface::descend_in_any(
     const Rectangle& cell, const Vec3& query, const Start& start,
     const std::vector<Vec2>& known) const {
-    constexpr int max_steps = 50, max_halvings = 12;
     // Lengths are compared by their squares.
-    const double final_step = square(1e-8 * size_), none = square(1e-13 * size_);
-    const double negligible = square(1e-12 * size_);
+    const double final_step = square(final_step_rel * size_), none = square(no_step_rel * size_);
+    const double negligible = square(rounding_rel * size_);
     ParameterPair at{std::clamp(start.uv[0], cell.low[0], cell.high[0]),
                      std::clamp(start.uv[1], cell.low[1], cell.high[1])};
     DistanceTerms d = evaluator_->distance_terms(at.uv(), query);
@@ -254,7 +272,8 @@ FaceSurface::Foot FaceSurface::descend_in(const Rectangle& cell, const Vec3& que
             const double u = at.u - foot[0], v = at.v - foot[1];
             const double now = d.squared_length(u, v), then = d.squared_length(u + s.du, v + s.dv);
             if (s.newton && length < square(4.0 * start.stride) &&
-                (then < square(0.2) * now || now < square(1e-6 * size_)) && cell == cell_of(foot))
+                (then < square(approach) * now || now < square(near_rel * size_)) &&
+                cell == cell_of(foot))
                 return {foot, Vec3::Zero(), Vec3::Zero(), std::sqrt(d.rr), {0, 0}, true};
         }
         // Newton's own step is trusted somewhat farther than that of Gauss and Newton.
@@ -331,7 +350,7 @@ FaceSurface::Foot FaceSurface::descend(const Vec3& query, const Start& start,
             if (foot.held[i] == 0) continue;
             Vec2 beyond = foot.uv;
             const auto k = Eigen::Index(i);
-            beyond[k] += foot.held[i] * 1e-9 * (high_[k] - low_[k]);
+            beyond[k] += foot.held[i] * across_kink * (high_[k] - low_[k]);
             if (beyond[k] <= low_[k] || beyond[k] >= high_[k]) continue;
             const Foot other = descend_in(cell_of(beyond), query, {beyond, start.stride}, known);
             if (!other.merged && other.distance < best.distance - 1e-10 * size_) best = other;
@@ -342,7 +361,7 @@ FaceSurface::Foot FaceSurface::descend(const Vec3& query, const Start& start,
     // Held at a kink is not held at the face's rectangle.
     for (std::size_t i = 0; i < 2; ++i) {
         const auto k = Eigen::Index(i);
-        const double near = 1e-9 * (high_[k] - low_[k]);
+        const double near = across_kink * (high_[k] - low_[k]);
         if (foot.uv[k] > low_[k] + near && foot.uv[k] < high_[k] - near) foot.held[i] = 0;
     }
     return foot;

@@ -85,7 +85,7 @@ class FootSearch {
 
     FootPoint plain_any() {
         Nearest nearest = nearest_on_all();
-        // What is left out by the spread of normals must not matter; samples may have missed some.
+        // What the spread of normals excludes must not matter; samples may have missed some.
         if (!(nearest.distance <= triangle_bound_ + coincident * model_.size)) {
             all_triangles_ = true;
             s_.feet.clear();

@@ -39,8 +39,14 @@ namespace {
 constexpr std::size_t triangles_between_polls = 16384;
 // Deviations are seen at a few points of a triangle only.
 constexpr double safety = 1.5, turn_safety = 2.0;
+/// Of the kernel's triangles; with larger ones searches start too far from their feet.
 constexpr double angular_deflection_rad = 0.3;
+/// Added to what is sampled, for planes to have a margin for rounding, too.
 constexpr double least_turn_rad = 1e-3;
+/// A triangle that turns further has no useful bound for its normals.
+constexpr double widest_turn_rad = 1.2;
+/// A descent may step at once: half a radius of curvature, within these fractions of the triangle.
+constexpr double stride_of_radius = 0.5, least_stride = 0.05, largest_stride = 0.25;
 constexpr double off_face_rel = 1e-5;  // of the deflection; edges nearer than this lie on the face
 
 double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
@@ -196,7 +202,7 @@ void measure(MeshTriangle& triangle, const FaceSurface& surface, double size) {
             look_at(triangle, surface, uv, turn);
         }
     }
-    // Short spans, which the triangulation leaps over, may be all but kinks.
+    // The triangulation passes over short spans, which may bend as sharply as kinks.
     surface.each_span(box_of(triangle.uv), [&](const FaceSurface::Rectangle& span) {
         for (const double x : {0.03, 0.5, 0.97}) {
             for (const double y : {0.03, 0.5, 0.97}) {
@@ -208,11 +214,13 @@ void measure(MeshTriangle& triangle, const FaceSurface& surface, double size) {
     });
     triangle.turn_rad = turn;
     const double widest = turn_safety * turn + least_turn_rad;
-    const double spread = widest < 1.2 ? std::tan(widest) : std::numeric_limits<double>::infinity();
+    const double spread =
+        widest < widest_turn_rad ? std::tan(widest) : std::numeric_limits<double>::infinity();
     triangle.spread = std::max(triangle.spread, spread);
     const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
     const double bend = std::max({triangle.bend_out, triangle.bend_in, 1e-30});
-    triangle.stride = std::min(0.25 * longest, std::max(0.5 / bend, 0.05 * longest));
+    triangle.stride = std::min(largest_stride * longest,
+                               std::max(stride_of_radius / bend, least_stride * longest));
     // What is in a sickle beside the triangle is off the triangle by both.
     triangle.error = triangle.sickle + safety * off + 1e-12 * size;
 }

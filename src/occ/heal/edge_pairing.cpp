@@ -163,13 +163,16 @@ class Model {
         return !TopExp::FirstVertex(a).IsSame(TopExp::FirstVertex(b));
     }
 
+    /// Relative difference of parameter ranges that is rounding.
+    static constexpr double same_range = 1e-9;
+
     static bool same_place(const TopoDS_Edge& a, const TopoDS_Edge& b, double tolerance) {
         double a0 = 0, a1 = 0, b0 = 0, b1 = 0;
         const Handle(Geom_Curve) one = BRep_Tool::Curve(a, a0, a1),
                                  other = BRep_Tool::Curve(b, b0, b1);
         if (one.IsNull() || other.IsNull()) return false;
         // P-curves can be exchanged only if both edges run at the same speed over as long a range.
-        if (std::abs((a1 - a0) - (b1 - b0)) > 1e-9 * (a1 - a0)) return false;
+        if (std::abs((a1 - a0) - (b1 - b0)) > same_range * (a1 - a0)) return false;
         const bool reversed = runs_reversed(a, b);
         for (const double s : {0.25, 0.5, 0.75}) {
             const double t = reversed ? b1 - s * (b1 - b0) : b0 + s * (b1 - b0);

@@ -34,6 +34,13 @@ namespace patchwright::occ {
 
 namespace {
 
+/// Of an edge's range: knots nearer to each other than this are one.
+constexpr double same_knot = 1e-6;
+/// What a new p-curve aims at, of the tolerance: it has to pass the same check later.
+constexpr double target_share = 0.1;
+/// Largest deviation by the largest sampled one.
+constexpr double sampling_margin = 1.1;
+
 using geom::Vec3;
 
 /// Parameters at which a curve may have kinks, both ends included.
@@ -145,12 +152,12 @@ class Track {
     }
 
   private:
-    /// Knots that nearly coincide are one.
+    /// Knots within `same_knot` of each other are one.
     void add_node(std::map<double, double>& nodes, double t, double s) const {
-        const double apart = 1e-6 * (last_ - first_);
+        const double same = same_knot * (last_ - first_);
         const auto next = nodes.lower_bound(t);
-        if (next != nodes.end() && next->first - t < apart) return;
-        if (next != nodes.begin() && t - std::prev(next)->first < apart) return;
+        if (next != nodes.end() && next->first - t < same) return;
+        if (next != nodes.begin() && t - std::prev(next)->first < same) return;
         nodes.emplace_hint(next, t, s);
     }
 
@@ -163,6 +170,8 @@ class Track {
 
     [[nodiscard]] Handle(Geom2d_Curve)
         refine(std::map<double, double>& nodes, const Follower& on_image, double tolerance) const {
+        // More than any healthy p-curve has: then the curves differ in space, and the old one
+        // stays.
         constexpr std::size_t max_nodes = 4000;
         for (auto here = nodes.begin(); std::next(here) != nodes.end();) {
             const auto next = std::next(here);
@@ -175,7 +184,7 @@ class Track {
                 const gp_Pnt2d uv((1 - share) * a.XY() + share * b.XY());
                 off = std::max(off, (vec(curve_->Value(at)) - on_surface(uv)).norm());
             }
-            const bool short_enough = next->first - here->first <= 1e-6 * (last_ - first_);
+            const bool short_enough = next->first - here->first <= same_knot * (last_ - first_);
             if (off <= tolerance || short_enough) {
                 ++here;
                 continue;
@@ -253,9 +262,9 @@ int bring_pcurves_into_step(const TopoDS_Shape& shape, double tolerance) {
             if (!track.usable()) continue;
             double deviation = track.deviation();
             if (deviation > tolerance) {
-                const Handle(Geom2d_Curve) pcurve = track.in_step(0.1 * tolerance);
+                const Handle(Geom2d_Curve) pcurve = track.in_step(target_share * tolerance);
                 const double improved = pcurve.IsNull() ? deviation : track.deviation(pcurve);
-                // Half is no repair: then the curves lie apart, whatever their parameters.
+                // Half is no repair: then the curves differ in space, whatever their parameters.
                 if (improved < 0.5 * deviation) {
                     builder.UpdateEdge(edge, pcurve, TopoDS::Face(face), Precision::Confusion());
                     deviation = improved;
@@ -268,7 +277,7 @@ int bring_pcurves_into_step(const TopoDS_Shape& shape, double tolerance) {
         if (worst > BRep_Tool::Tolerance(edge)) builder.UpdateEdge(edge, worst);
         if (replaced == before || !all_known) continue;
         // Between samples it may be a little more.
-        set_tolerance(edge, std::max(1.1 * worst, Precision::Confusion()));
+        set_tolerance(edge, std::max(sampling_margin * worst, Precision::Confusion()));
         TopExp::MapShapes(edge, TopAbs_VERTEX, touched);
     }
     fit_vertex_tolerances(shape, touched);

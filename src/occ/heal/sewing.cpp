@@ -61,7 +61,7 @@ class Attempt {
         polled->check();
         sewn_ = {sewing_.SewedShape(), tolerance, 0};
     }
-    /// No face was swallowed and none joined to more than one other along an edge.
+    /// No face was removed and none joined to more than one other along an edge.
     [[nodiscard]] bool sound(int faces) {
         if (sewn_.shape.IsNull() || sewing_.NbMultipleEdges() > 0) return false;
         if (faces_in(sewn_.shape).Extent() != faces) return false;

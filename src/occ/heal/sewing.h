@@ -19,13 +19,13 @@ struct SewingOptions {
 };
 
 struct Sewn {
-    TopoDS_Shape shape;  ///< null when every tolerance would have swallowed faces
+    TopoDS_Shape shape;  ///< null when every tolerance would have removed faces
     double tolerance = 0.0;
     int free_edges = 0;
 };
 
 /// Measures the gap of every free edge and tries tolerances just above each cluster of gaps, the
-/// smallest first; takes the first that leaves the fewest free edges. Tolerances that swallow faces
+/// smallest first; takes the first that leaves the fewest free edges. Tolerances that remove faces
 /// or join more than two are passed over.
 /// @pre parts hold faces; some of their edges are free
 Sewn sew_by_gaps(const std::vector<TopoDS_Shape>& parts, const SewingOptions& options,
