@@ -34,7 +34,8 @@ struct ShapeOptions {
 
 /// How near the patches have to come.
 struct ShapeTolerance {
-    double caps_mm = 0.0;   ///< of caps at extraordinary vertices from the limit surface
+    /// Of caps at extraordinary vertices from the limit surface; empty: patch::ExtractOptions.
+    std::optional<double> caps_mm;
     double whole_mm = 0.0;  ///< of the whole conversion
 };
 
