@@ -74,7 +74,7 @@ inline std::vector<OracleQuery> oracle_queries(const occ::CadReference& referenc
         const occ::ModelEdge& edge = network.edges[random() % network.edges.size()];
         const double t = edge.first + share(random) * (edge.last - edge.first);
         geom::Vec3 away = geom::Vec3::Zero();
-        for (const occ::EdgeUse& use : edge.uses)
+        for (const occ::FaceOfEdge& use : edge.uses)
             away += occ::normal_beside(edge, use, t, reference.search_model().surfaces);
         away += edge.tangent(t).cross(direction());
         queries.push_back({"beyond", edge.at(t) + 0.02 * size * share(random) * away.normalized()});

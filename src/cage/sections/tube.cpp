@@ -34,7 +34,7 @@ constexpr double most_uneven = 1.3;
 // which no cap of quads lies flat.
 constexpr double steepest = 0.85;
 // Share of a piece from its end over which its direction there is taken.
-constexpr double direction_share = 0.02;
+constexpr double end_direction_share = 0.02;
 // A ring-to-ring step turns by this at most, about 30 degrees, and is within these lengths of a
 // line.
 constexpr double turn_rad = 0.5, longest_rel = 0.25, shortest_rel = 0.01;
@@ -281,9 +281,9 @@ class TubeFinder {
         for (const TubeLine& line : tube_.lines) {
             const auto& first = line.pieces.front();
             const auto& last = line.pieces.back();
-            const Vec3 in = line.at(0, direction_share) - first.front(),
+            const Vec3 in = line.at(0, end_direction_share) - first.front(),
                        out = last.back() -
-                             line.at(int(line.pieces.size()) - 1, 1.0 - direction_share);
+                             line.at(int(line.pieces.size()) - 1, 1.0 - end_direction_share);
             if ((tube_.start == LineEnd::Axis &&
                  std::abs(in.normalized().dot(tube_.axis)) > steepest) ||
                 (tube_.end == LineEnd::Axis &&

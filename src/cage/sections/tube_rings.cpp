@@ -26,7 +26,7 @@ struct TubeRing {
 // average, of its share: on a circle quads would have angles of more than 150 degrees there.
 constexpr double squareness = 0.12;
 // Half of the share of a piece between two points that tell its direction.
-constexpr double direction_share = 0.01;
+constexpr double ring_direction_share = 0.01;
 // A body whose lines turn back by more than this share of their way along the axis has a lip.
 constexpr double least_turned = 0.1;
 // Steps along a piece when that is measured.
@@ -101,7 +101,7 @@ class TubeRings {
     /// Unit, from the surface.
     [[nodiscard]] Vec3 normal_at(const TubeRing& ring, int k) const {
         const TubeLine& line = tube_.lines[std::size_t(k)];
-        const double share = share_of(ring, k), h = direction_share;
+        const double share = share_of(ring, k), h = ring_direction_share;
         const Vec3 along = line.at(ring.piece, std::min(share + h, 1.0)) -
                            line.at(ring.piece, std::max(share - h, 0.0));
         return along.cross(tube_.axis.cross(line.outward)).normalized();
