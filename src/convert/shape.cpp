@@ -15,6 +15,10 @@ namespace {
 /// Along an edge, for gaps and kinks: a dozen a cage face of a long chart's side.
 constexpr int continuity_samples = 33;
 
+/// Of the diagonal: self-intersecting loops smaller than this are not looked for, however small the
+/// tolerance: the search takes time in proportion to the pieces of that size beside folds.
+constexpr double finest_resolution_rel = 1e-6;
+
 /// A sharp curve of the input is long, and has to be kept, above so many tolerances.
 constexpr double long_in_tolerances = 100.0;
 
@@ -70,14 +74,18 @@ occ::CadModel write_and_read_back(const Shape& shape, const std::filesystem::pat
 
 ShapeFigures inspect_shape(const Shape& shape, const occ::CadModel& model, const std::string& file,
                            const base::Progress& progress) {
-    return {.solid = solid_figures(file, model),
-            .continuity = occ::measure_continuity(model, shape.crease_points,
-                                                  {.samples_per_edge = continuity_samples,
-                                                   .singular_points = shape.singular_points,
-                                                   .singular_distance_mm = shape.tolerance_mm}),
-            .self_intersections =
-                measure::find_self_intersections(shape.surfaces, shape.tolerance_mm, progress),
-            .bodies = static_cast<int>(occ::connected_faces(model).size())};
+    ShapeFigures figures{
+        .solid = solid_figures(file, model),
+        .continuity = occ::measure_continuity(model, shape.crease_points,
+                                              {.samples_per_edge = continuity_samples,
+                                               .singular_points = shape.singular_points,
+                                               .singular_distance_mm = shape.tolerance_mm}),
+        .bodies = static_cast<int>(occ::connected_faces(model).size())};
+    const double resolution =
+        std::max(shape.tolerance_mm, finest_resolution_rel * figures.solid.bounds.diagonal());
+    figures.self_intersections =
+        measure::find_self_intersections(shape.surfaces, resolution, progress);
+    return figures;
 }
 
 measure::VerdictFigures verdict_figures(const ShapeFigures& figures, bool closed) {

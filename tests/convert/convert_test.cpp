@@ -7,6 +7,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -20,9 +21,10 @@ const std::filesystem::path samples = PATCHWRIGHT_SAMPLES_DIR;
 /// A folder that is empty at first and gone at last.
 class Folder {
   public:
-    Folder() : path_(std::filesystem::temp_directory_path() / "patchwright_convert_test") {
-        std::filesystem::remove_all(path_);
-        std::filesystem::create_directories(path_);
+    Folder() {
+        std::string name = (std::filesystem::temp_directory_path() / "patchwright_XXXXXX").string();
+        REQUIRE(mkdtemp(name.data()) != nullptr);
+        path_ = name;
     }
     ~Folder() { std::filesystem::remove_all(path_); }
     [[nodiscard]] std::filesystem::path operator/(const char* name) const { return path_ / name; }
