@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fit/solve/cgls.h"
+
 #include <patchwright/mesh/cage.h>
 #include <patchwright/subd/limit_operator.h>
 
