@@ -120,13 +120,14 @@ class Run {
 
     void fit(Attempt& attempt) {
         const Growth growth = growth_of(attempt.kind, attempt.cage.topology->face_count());
-        fit::FitOptions fitting{.tolerance_mm = (1.0 - caps_share) * options_.tolerance_mm,
-                                .refinement = options_.refinement,
-                                .max_levels = options_.max_levels.value_or(growth.levels),
-                                .max_vertices = growth.vertices,
-                                .preserve_parametrisation = attempt.plan.preserve_parametrisation,
-                                .symmetry = options_.symmetry,
-                                .progress = budget_.limited()};
+        fit::FitOptions fitting{
+            .tolerance_mm = (1.0 - caps_share) * attempt.plan.fit_share * options_.tolerance_mm,
+            .refinement = options_.refinement,
+            .max_levels = options_.max_levels.value_or(growth.levels),
+            .max_vertices = growth.vertices,
+            .preserve_parametrisation = attempt.plan.preserve_parametrisation,
+            .symmetry = options_.symmetry,
+            .progress = budget_.limited()};
         // Another cage may serve better than levels that gain nothing.
         if (attempt.kind != CageKind::Given) fitting.max_idle_levels = 2;
         std::optional<fit::FitResult> of_parts;

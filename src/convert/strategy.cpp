@@ -20,6 +20,10 @@ constexpr double ball_radius_rel = 0.04;
 /// Places count that have used up so much of the tolerance: their neighbourhood may miss.
 constexpr double nearly_missed = 0.8;
 
+/// Fits that aim at less than this share of the tolerance cost more control points than a finer
+/// cage.
+constexpr double least_fit_share = 0.25;
+
 double worst_excess(const Attempt& attempt) {
     const measure::Condition* worst = attempt.verdict.worst();
     return worst == nullptr ? 1.0 : measure::excess(*worst);
@@ -29,6 +33,19 @@ bool misses(const Attempt& attempt, measure::Requirement requirement) {
     const auto& conditions = attempt.verdict.conditions;
     return std::any_of(conditions.begin(), conditions.end(),
                        [&](const auto& c) { return c.requirement == requirement && !c.met; });
+}
+
+/// Near enough, but with folds, kinks or loops: those that are smaller than the tolerance go away
+/// where the fit comes nearer.
+bool misses_shape_only(const Attempt& attempt) {
+    const auto is_shape = [](const measure::Condition& c) {
+        using measure::Requirement;
+        return c.met || c.requirement == Requirement::Folds ||
+               c.requirement == Requirement::Kinks ||
+               c.requirement == Requirement::SelfIntersections;
+    };
+    const auto& conditions = attempt.verdict.conditions;
+    return !attempt.verdict.met() && std::all_of(conditions.begin(), conditions.end(), is_shape);
 }
 
 /// The better one of the attempts with the last one's cage.
@@ -100,6 +117,12 @@ std::optional<Plan> choose_next(const std::vector<Attempt>& attempts, const Conv
     }
     const Attempt& last = attempts.back();
     if (last.verdict.met() || options.cage) return std::nullopt;
+    if (last.kind != CageKind::Remeshed && misses_shape_only(last) &&
+        last.plan.fit_share > least_fit_share) {
+        Plan nearer = last.plan;
+        nearer.fit_share *= 0.5;
+        return nearer;
+    }
     // The form of a recognised shape's cage is worth keeping, but not at any price.
     if (last.kind == CageKind::Sections && last.plan.preserve_parametrisation) {
         Plan free = last.plan;

@@ -151,6 +151,23 @@ TEST_CASE("recognised shapes: free, finer while that helps, then remeshed", "[co
     CHECK(convert::choose_best(attempts) == attempts.size() - 1);
 }
 
+TEST_CASE("a shape that folds within the tolerance is fitted more closely first", "[convert]") {
+    const auto folded = [](Attempt a) {
+        a.folds.worst = measure::Fold{.angle_rad = 3.0};
+        a.verdict = convert::assess(a, solid(), tolerance);
+        return a;
+    };
+    std::vector<Attempt> attempts{
+        folded(attempt(*convert::choose_next({}, made(), diagonal), CageKind::Sections, 0.5))};
+    for (const double share : {0.5, 0.25}) {
+        attempts.push_back(folded(next_of(attempts, CageKind::Sections, 0.5)));
+        CHECK(attempts.back().plan.fit_share == share);
+        CHECK(attempts.back().plan.preserve_parametrisation);
+        CHECK(attempts.back().plan.same_cage(attempts.front().plan));
+    }
+    CHECK_FALSE(next_of(attempts, CageKind::Sections, 0.5).plan.preserve_parametrisation);
+}
+
 TEST_CASE("a recognised shape that is far off is none", "[convert]") {
     Plan free = *convert::choose_next({}, made(), diagonal);
     free.preserve_parametrisation = false;

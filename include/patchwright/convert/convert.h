@@ -44,6 +44,7 @@ struct Plan {
     bool given = false;      ///< the user's cage in place of a made one
     /// Keep the form of the cage's lines; see fit::FitOptions.
     bool preserve_parametrisation = true;
+    double fit_share = 1.0;  ///< of the tolerance: what the fit aims at
 
     [[nodiscard]] bool same_cage(const Plan& other) const;
 };
