@@ -1,7 +1,7 @@
 #include <patchwright/convert/convert.h>
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
 
 namespace patchwright::convert {
 
@@ -142,7 +142,7 @@ std::optional<Plan> choose_next(const std::vector<Attempt>& attempts, const Conv
             if (worst_excess(best) <= far_off && gained(attempts)) return finer;
             return may_remesh ? std::optional(remeshed) : std::nullopt;
         case CageKind::Blocks:
-            // Blocks that lose sharp curves or fold lack lines where the model has some.
+            // Blocks that lose sharp curves lack lines where the model has some.
             if (!misses(best, measure::Requirement::SharpCurves) && gained(attempts) &&
                 last.cage.topology->face_count() < few_faces)
                 return finer;

@@ -8,7 +8,6 @@
 #include <patchwright/convert/source.h>
 #include <patchwright/fit/fit.h>
 
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
