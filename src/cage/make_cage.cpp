@@ -121,13 +121,13 @@ constexpr std::size_t most_quads_along_faces = 4000;
 bool is_met(double ratio) { return std::abs(std::log(ratio)) < log_ratio_met; }
 
 /// What a cage is made from.
-struct Source {
+struct CageSource {
     const geom::ModelSurface& reference;
     std::vector<std::string> names;  ///< one a face, for groups
     Poll& poll;
 };
 
-Blocks remeshed(const SurfaceBody& body, const Source& source, const CageOptions& options,
+Blocks remeshed(const SurfaceBody& body, const CageSource& source, const CageOptions& options,
                 double scale) {
     geom::EditableMesh mesh(
         part_of(body, kept_curves(source.reference, Lines::OfTriangles, source.poll)));
@@ -140,7 +140,7 @@ Blocks remeshed(const SurfaceBody& body, const Source& source, const CageOptions
     return quad_blocks(mesh, source.reference.features(), source.names);
 }
 
-std::vector<Blocks> all_remeshed(const geom::SurfaceMesh& surface, const Source& source,
+std::vector<Blocks> all_remeshed(const geom::SurfaceMesh& surface, const CageSource& source,
                                  const CageOptions& options, double scale) {
     std::vector<Blocks> parts;
     for (const SurfaceBody& body : bodies_of(surface))
@@ -167,7 +167,7 @@ struct Aligned {
 /// Blocks along the faces of a body, into `part` where there are any.
 /// @return what came of it, for the user
 std::string lay_out_blocks(const SurfaceBody& body, const std::vector<char>& borders,
-                           const Source& source, const CageOptions& options, double scale,
+                           const CageSource& source, const CageOptions& options, double scale,
                            std::optional<Blocks>& part) {
     if (!source.reference.has_cad_faces())
         return "no blocks (triangles have no faces to lay blocks along)";
@@ -185,7 +185,8 @@ std::string lay_out_blocks(const SurfaceBody& body, const std::vector<char>& bor
     return "blocks along its faces";
 }
 
-Aligned aligned(const geom::SurfaceMesh& mesh, const Source& source, const CageOptions& options) {
+Aligned aligned(const geom::SurfaceMesh& mesh, const CageSource& source,
+                const CageOptions& options) {
     const std::vector<SurfaceBody> bodies = bodies_of(mesh);
     std::vector<char> borders;
     double fineness = options.fineness;
@@ -259,7 +260,7 @@ CageResult make_cage(const geom::ModelSurface& model, const CageOptions& options
         throw base::InvalidArgument(problem);
     Poll poll(options.progress);
     poll();
-    const Source source{model, group_names(model), poll};
+    const CageSource source{model, group_names(model), poll};
     const double diagonal = model.bounds().diagonal();
     CageResult result;
     std::vector<Blocks> parts;

@@ -1,4 +1,5 @@
 #include <patchwright/base/error.h>
+#include <patchwright/base/stage_clock.h>
 #include <patchwright/cage/bodies.h>
 #include <patchwright/convert/convert.h>
 #include <patchwright/fit/fit_parts.h>
@@ -8,7 +9,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 
 namespace patchwright::convert {
 
@@ -17,67 +17,64 @@ namespace {
 /// Of the tolerance, for caps at extraordinary vertices and for what lies between the fit's
 /// samples; the rest is for the fit.
 constexpr double caps_share = 0.05;
+/// Levels of a made cage that may gain nothing: another cage may serve better.
+constexpr int idle_levels = 2;
 /// A cage of less or more than this times the model's size is likely to be in another unit.
 constexpr double least_cage_size = 0.5, largest_cage_size = 2.0;
 
-/// How far fits of made cages grow: a cage that is too coarse by more is better made anew.
+/// How far a fit grows: a made cage that is too coarse by more is better made anew.
 struct Growth {
     int levels, vertices;
 };
 
+/// Cages that were given, or recognised as wings and the like: as far as memory allows.
+constexpr Growth unlimited_growth{12, 200000};
+/// More vertices than this are not a few clean patches any more.
+constexpr int most_vertices = 40000;
+/// Blocks are coarse and refined in single strips: some vertices to begin with, and so many a face.
+constexpr int block_levels = 5, first_vertices = 2000, vertices_a_face = 12;
+/// Remeshed faces have the size that the shape asks for: two levels are 16 times as many.
+constexpr int remeshed_levels = 2;
+
 Growth growth_of(CageKind kind, int faces) {
-    constexpr Growth any{12, 200000};
     switch (kind) {
         case CageKind::Given:
-        case CageKind::Sections: return any;
-        // Coarse, and refined in single strips: up to twelve vertices a face and some to begin
-        // with.
-        case CageKind::Blocks: return {5, std::min(40000, 2000 + 12 * faces)};
-        // Even faces of the size that the shape asks for: two levels are 16 times as many.
-        case CageKind::Remeshed: return {2, 40000};
+        case CageKind::Sections: return unlimited_growth;
+        case CageKind::Blocks:
+            return {block_levels,
+                    std::min(most_vertices, first_vertices + vertices_a_face * faces)};
+        case CageKind::Remeshed: return {remeshed_levels, most_vertices};
     }
-    return any;
+    return unlimited_growth;
 }
 
 /// What a run of attempts shares.
-class Run {
+class AttemptRunner {
   public:
-    Run(const Source& source, const std::filesystem::path& output, const ConvertOptions& options,
-        const base::Budget& budget)
+    AttemptRunner(const Source& source, const std::filesystem::path& output,
+                  const ConvertOptions& options, const base::Budget& budget)
         : source_(source), output_(output), options_(options), budget_(budget) {}
 
     /// @throw TimeLimitReached when no level of the fit was completed
-    Attempt fitted(const Plan& plan, const std::vector<Attempt>& attempts = {}) {
+    Attempt fitted(const AttemptPlan& plan, const std::vector<Attempt>& attempts = {}) {
         Attempt attempt{.plan = plan};
         make_cage(attempt, attempts);
-        end_stage("layout");
+        clock.end("layout");
         fit(attempt);
-        end_stage("fit");
+        clock.end("fit");
         return attempt;
     }
 
     /// @throw TimeLimitReached as fitted()
-    Attempt carry_out(const Plan& plan, const std::vector<Attempt>& attempts) {
+    Attempt carry_out(const AttemptPlan& plan, const std::vector<Attempt>& attempts) {
         Attempt attempt = fitted(plan, attempts);
         make_and_measure(attempt, attempts);
         attempt.verdict = assess(attempt, source_, options_.tolerance_mm);
         return attempt;
     }
 
-    void end_stage(const std::string& name) {
-        const auto now = std::chrono::steady_clock::now();
-        const double seconds = std::chrono::duration<double>(now - stage_start_).count();
-        auto& all = result.seconds;
-        const auto known = std::find_if(all.begin(), all.end(),
-                                        [&](const auto& stage) { return stage.first == name; });
-        if (known == all.end())
-            all.emplace_back(name, seconds);
-        else
-            known->second += seconds;
-        stage_start_ = now;
-    }
-
     Conversion result;
+    base::StageClock clock;
 
   private:
     [[nodiscard]] const geom::ModelSurface& surface() const { return source_.surface(); }
@@ -88,7 +85,7 @@ class Run {
     }
 
     void make_cage(Attempt& attempt, const std::vector<Attempt>& attempts) {
-        const Plan& plan = attempt.plan;
+        const AttemptPlan& plan = attempt.plan;
         if (plan.given) {
             attempt.cage = *options_.cage;
             const double ratio = geom::bounding_box(attempt.cage.points).diagonal() / diagonal();
@@ -128,8 +125,7 @@ class Run {
             .preserve_parametrisation = attempt.plan.preserve_parametrisation,
             .symmetry = options_.symmetry,
             .progress = budget_.limited()};
-        // Another cage may serve better than levels that gain nothing.
-        if (attempt.kind != CageKind::Given) fitting.max_idle_levels = 2;
+        if (attempt.kind != CageKind::Given) fitting.max_idle_levels = idle_levels;
         std::optional<fit::FitResult> of_parts;
         if (attempt.kind != CageKind::Given) of_parts = fit_by_parts(attempt.cage, fitting);
         fit::FitResult fitted =
@@ -164,10 +160,7 @@ class Run {
     }
 
     [[nodiscard]] std::vector<geom::BodyReference> make_bodies() const {
-        occ::ReferenceOptions reference{.progress = budget_.limited()};
-        if (source_.options.sharp_angle_rad)
-            reference.sharp_angle_rad = *source_.options.sharp_angle_rad;
-        return occ::body_references(*source_.model, reference);
+        return occ::body_references(*source_.model, source_.reference_options(budget_.limited()));
     }
 
     /// Whether an attempt may become the best one, as far as its fit tells.
@@ -188,14 +181,14 @@ class Run {
         const double tolerance = options_.tolerance_mm;
         const Shape shape = make_shape(attempt.fitted, options_.shape,
                                        {caps_share * tolerance, tolerance}, &surface());
-        end_stage("patch");
+        clock.end("patch");
         std::optional<occ::CadModel> written;
         if (may_win(attempt, attempts)) {
             attempt.file = std::make_shared<base::PendingFile>(output_);
             occ::WriteOptions writing = options_.shape.write;
             if (!writing.name) writing.name = output_.stem().string();
             written = write_and_read_back(shape, attempt.file->path(), writing);
-            end_stage("write");
+            clock.end("write");
         }
         const occ::CadModel& model = written ? *written : shape.model;
         attempt.patches = shape.patches;
@@ -208,7 +201,7 @@ class Run {
                                              .creases = shape.creases,
                                              .may_face_away = !source_.figures.closed,
                                              .progress = progress});
-        end_stage("check");
+        clock.end("check");
     }
 
     const Source& source_;
@@ -217,7 +210,6 @@ class Run {
     const base::Budget& budget_;
     std::optional<std::vector<geom::BodyReference>> bodies_;
     std::vector<fit::PartFit> known_parts_;
-    std::chrono::steady_clock::time_point stage_start_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace
@@ -228,16 +220,15 @@ Conversion convert(const Source& source, const std::filesystem::path& output,
     occ::file_format(output);
     const base::PendingFile probe(output);
     const double diagonal = source.surface().bounds().diagonal();
-    Run run(source, output, options, budget);
+    AttemptRunner run(source, output, options, budget);
     std::vector<Attempt> attempts;
     try {
-        while (const std::optional<Plan> plan = choose_next(attempts, options, diagonal)) {
+        while (const std::optional<AttemptPlan> plan = choose_next(attempts, options, diagonal)) {
+            if (!attempts.empty() && budget.is_used_up()) throw base::TimeLimitReached();
             attempts.push_back(run.carry_out(*plan, attempts));
             const auto best = choose_best(attempts);
             for (std::size_t i = 0; i < attempts.size(); ++i)
                 if (i != best) attempts[i].file.reset();
-            if (budget.is_used_up() && !attempts.back().verdict.met())
-                throw base::TimeLimitReached();
         }
     } catch (const base::TimeLimitReached&) {
         run.result.time_limit_reached = true;
@@ -249,14 +240,15 @@ Conversion convert(const Source& source, const std::filesystem::path& output,
         Attempt& best = result.attempts[*result.kept];
         add_bounds(best.deviation, *best.output, source.surface(), budget.unlimited());
         best.file->commit();
-        run.end_stage("check");
+        run.clock.end("check");
     }
+    result.seconds = run.clock.seconds();
     return std::move(result);
 }
 
 Conversion fit_only(const Source& source, const ConvertOptions& options,
                     const base::Budget& budget) {
-    Run run(source, {}, options, budget);
+    AttemptRunner run(source, {}, options, budget);
     const double diagonal = source.surface().bounds().diagonal();
     Attempt attempt = run.fitted(*choose_next({}, options, diagonal));
     measure::VerdictFigures figures{.tolerance_mm = options.tolerance_mm,
@@ -266,6 +258,7 @@ Conversion fit_only(const Source& source, const ConvertOptions& options,
     attempt.verdict = measure::assess(figures);
     run.result.attempts.push_back(std::move(attempt));
     run.result.kept = 0;
+    run.result.seconds = run.clock.seconds();
     return std::move(run.result);
 }
 

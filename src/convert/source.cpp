@@ -44,9 +44,8 @@ Source read_model(const std::string& file, const SourceOptions& options) {
         source.input.sewing_tolerance = read.sewn->tolerance_mm;
     }
     if (!options.with_surface) return source;
-    occ::ReferenceOptions reference{.progress = options.progress};
-    if (options.sharp_angle_rad) reference.sharp_angle_rad = *options.sharp_angle_rad;
-    source.cad = std::make_shared<const occ::CadReference>(*source.model, reference);
+    source.cad = std::make_shared<const occ::CadReference>(
+        *source.model, source.reference_options(options.progress));
     return source;
 }
 
@@ -126,6 +125,12 @@ report::SolidFigures solid_figures(const std::string& file, const occ::CadModel&
 const geom::ModelSurface& Source::surface() const {
     if (mesh) return *mesh;
     return *cad;
+}
+
+occ::ReferenceOptions Source::reference_options(base::Progress progress) const {
+    occ::ReferenceOptions reference{.progress = std::move(progress)};
+    if (options.sharp_angle_rad) reference.sharp_angle_rad = *options.sharp_angle_rad;
+    return reference;
 }
 
 Source read_source(const std::filesystem::path& file, const SourceOptions& options) {

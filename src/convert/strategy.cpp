@@ -87,9 +87,9 @@ std::vector<geom::Vec3> places_that_miss(const Attempt& attempt, const ConvertOp
 }
 
 /// A remeshed cage with shorter edges around the places that miss; nothing when there are none.
-std::optional<Plan> finer_remeshed(const Attempt& last, const ConvertOptions& options,
-                                   double diagonal) {
-    Plan plan{.cage = last.plan.cage, .preserve_parametrisation = false};
+std::optional<AttemptPlan> finer_remeshed(const Attempt& last, const ConvertOptions& options,
+                                          double diagonal) {
+    AttemptPlan plan{.cage = last.plan.cage, .preserve_parametrisation = false};
     plan.cage.method = cage::Method::Remesh;
     const auto places = places_that_miss(last, options, diagonal);
     if (places.empty()) return std::nullopt;
@@ -101,15 +101,15 @@ std::optional<Plan> finer_remeshed(const Attempt& last, const ConvertOptions& op
 
 }  // namespace
 
-bool Plan::same_cage(const Plan& other) const {
+bool AttemptPlan::same_cage(const AttemptPlan& other) const {
     return given == other.given && cage.method == other.cage.method &&
            cage.fineness == other.cage.fineness && cage.finer_at == other.cage.finer_at;
 }
 
-std::optional<Plan> choose_next(const std::vector<Attempt>& attempts, const ConvertOptions& options,
-                                double diagonal) {
+std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
+                                       const ConvertOptions& options, double diagonal) {
     if (attempts.empty()) {
-        Plan first{.given = options.cage.has_value()};
+        AttemptPlan first{.given = options.cage.has_value()};
         first.cage.method = options.method;
         first.cage.target_faces = options.target_faces;
         first.cage.tolerance_rel = options.tolerance_mm / diagonal;
@@ -119,20 +119,20 @@ std::optional<Plan> choose_next(const std::vector<Attempt>& attempts, const Conv
     if (last.verdict.met() || options.cage) return std::nullopt;
     if (last.kind != CageKind::Remeshed && misses_shape_only(last) &&
         last.plan.fit_share > least_fit_share) {
-        Plan nearer = last.plan;
+        AttemptPlan nearer = last.plan;
         nearer.fit_share *= 0.5;
         return nearer;
     }
     // The form of a recognised shape's cage is worth keeping, but not at any price.
     if (last.kind == CageKind::Sections && last.plan.preserve_parametrisation) {
-        Plan free = last.plan;
+        AttemptPlan free = last.plan;
         free.preserve_parametrisation = false;
         return free;
     }
     const Attempt& best = best_of_last_cage(attempts);
-    Plan finer{.cage = last.plan.cage};
+    AttemptPlan finer{.cage = last.plan.cage};
     finer.cage.fineness *= 2.0;
-    Plan remeshed{.cage = last.plan.cage, .preserve_parametrisation = false};
+    AttemptPlan remeshed{.cage = last.plan.cage, .preserve_parametrisation = false};
     remeshed.cage.method = cage::Method::Remesh;
     remeshed.cage.fineness = 1.0;
     const bool may_remesh = options.method == cage::Method::Auto;

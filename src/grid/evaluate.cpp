@@ -1,4 +1,4 @@
-#include "grid/face_surface.h"
+#include "grid/limit_face.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
@@ -42,7 +42,7 @@ struct Side {
 Side side_of(const Plan& plan, const Block& block, int number) {
     Side side;
     double begin = 0.0;
-    for (const EdgeUse& use : block.sides[std::size_t(number)]) {
+    for (const BlockEdgeUse& use : block.sides[std::size_t(number)]) {
         const EdgePoints& edge = plan.edges[std::size_t(use.edge)];
         const double length = edge.parameters.back();
         const std::size_t count = edge.parameters.size();
@@ -89,7 +89,7 @@ class BlockFaces {
         const CornerId c = block_.cell(column, row);
         const mesh::FaceId f = t.face(c);
         auto& face = faces_[std::size_t(column) * std::size_t(block_.rows) + std::size_t(row)];
-        if (!face) face = std::make_unique<FaceSurface>(table_, cage_, f);
+        if (!face) face = std::make_unique<LimitFace>(table_, cage_, f);
         switch (c.value - t.corners(f)[0].value) {
             case 0: return face->at(u, v);
             case 1: return face->at(1.0 - v, u);
@@ -102,7 +102,7 @@ class BlockFaces {
     subd::RingTable& table_;
     const mesh::Cage& cage_;
     const Block& block_;
-    std::vector<std::unique_ptr<FaceSurface>> faces_;
+    std::vector<std::unique_ptr<LimitFace>> faces_;
 };
 
 /// Points that are evaluated by one task: enough to make up for the pieces that it builds.

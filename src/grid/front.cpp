@@ -47,7 +47,7 @@ void FrontMesh::number_points(const Plan& plan) {
         numbers.assign(std::size_t(ni) * std::size_t(nj), -1);
         for (int side = 0; side < 4; ++side) {
             int begin = 0;
-            for (const EdgeUse& use : plan.layout.blocks[b].sides[std::size_t(side)]) {
+            for (const BlockEdgeUse& use : plan.layout.blocks[b].sides[std::size_t(side)]) {
                 const auto& edge = on_edge_[std::size_t(use.edge)];
                 const int cells = int(edge.size()) - 1;
                 for (int k = 0; k <= cells; ++k) {

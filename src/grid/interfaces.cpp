@@ -23,7 +23,7 @@ std::array<std::array<int, 2>, 2> ends_of(const Plan& plan, const EdgePlace& pla
     for (int k = 0; k < place.use; ++k) {
         begin += plan.edges[std::size_t(uses[std::size_t(k)].edge)].cells();
     }
-    const EdgeUse& use = uses[std::size_t(place.use)];
+    const BlockEdgeUse& use = uses[std::size_t(place.use)];
     const int end = begin + plan.edges[std::size_t(use.edge)].cells();
     const auto size = plan.size(place.block);
     const auto first = on_side(size, place.side, begin), last = on_side(size, place.side, end);

@@ -138,11 +138,12 @@ Block turned(const Topology& t, const Block& block) {
 }
 
 /// Whether a side of one block is another's, whole.
-bool is_same(const std::vector<EdgeUse>& a, const std::vector<EdgeUse>& b) {
-    return a.size() == b.size() &&
-           std::equal(a.begin(), a.end(), b.rbegin(), [](const EdgeUse& x, const EdgeUse& y) {
-               return x.edge == y.edge && x.reversed != y.reversed;
-           });
+bool is_same(const std::vector<BlockEdgeUse>& a, const std::vector<BlockEdgeUse>& b) {
+    return a.size() == b.size() && std::equal(a.begin(), a.end(), b.rbegin(),
+                                              [](const BlockEdgeUse& x, const BlockEdgeUse& y) {
+                                                  return x.edge == y.edge &&
+                                                         x.reversed != y.reversed;
+                                              });
 }
 
 struct SharedSide {
@@ -187,7 +188,7 @@ void drop_unused(BlockLayout& layout) {
     layout.edges = std::move(kept);
     for (Block& block : layout.blocks) {
         for (auto& side : block.sides) {
-            for (EdgeUse& use : side) use.edge = number[std::size_t(use.edge)];
+            for (BlockEdgeUse& use : side) use.edge = number[std::size_t(use.edge)];
         }
     }
 }
@@ -254,7 +255,7 @@ BlockLayout join_all(const BlockLayout& layout) {
                 continue;
             }
             std::size_t length = 0;
-            for (const EdgeUse& use : side) {
+            for (const BlockEdgeUse& use : side) {
                 length += result.edges[std::size_t(use.edge)].run.size();
             }
             if (length > best.length) {

@@ -13,7 +13,7 @@ LineClasses line_classes(const BlockLayout& layout) {
             const auto& uses = block.sides[side];
             const auto& opposite = block.sides[side + 2];
             for (std::size_t k = 0; k < uses.size(); ++k) {
-                const EdgeUse a = uses[k], b = opposite[opposite.size() - 1 - k];
+                const BlockEdgeUse a = uses[k], b = opposite[opposite.size() - 1 - k];
                 // Counter-clockwise, opposite sides run against each other.
                 const bool reversed = a.reversed == b.reversed;
                 links[std::size_t(a.edge)].push_back({b.edge, reversed});

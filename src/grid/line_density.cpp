@@ -86,7 +86,7 @@ std::vector<LineDensity> line_densities(const BlockLayout& layout, const LineCla
             for (int line = 0; line < lines; line += step) {
                 // Sides of several edges: each has its own part of the line and its own class.
                 int begin = 0;
-                for (const EdgeUse& use : uses) {
+                for (const BlockEdgeUse& use : uses) {
                     const int cells = sampling.edges[std::size_t(use.edge)].cells();
                     std::vector<geom::Vec3> part;
                     for (int k = begin; k <= begin + cells && k < on_line; ++k) {

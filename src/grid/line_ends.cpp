@@ -35,7 +35,8 @@ std::vector<Ends> ends_at_borders(const BlockLayout& layout, const PlanOptions& 
             // Lines along this side end at the last edge of the side before it and at the first of
             // the one after it.
             const auto& uses = block.sides[side];
-            const auto set = [&](const EdgeUse& use, bool at_begin, const EdgeUse& border) {
+            const auto set = [&](const BlockEdgeUse& use, bool at_begin,
+                                 const BlockEdgeUse& border) {
                 Ends& e = ends[std::size_t(use.edge)];
                 double& size = at_begin != use.reversed ? e.first_mm : e.last_mm;
                 size = smaller(size, off_border[std::size_t(border.edge)]);

@@ -72,13 +72,13 @@ void check(const BlockLayout& layout, const PlanOptions& options) {
 }
 
 /// Lengths along one edge, and what its points are spread by.
-class EdgeMeasure {
+class EdgeLengths {
   public:
-    EdgeMeasure(const subd::LimitEvaluator& limit, const mesh::Cage& cage, const BlockEdge& edge)
+    EdgeLengths(const subd::LimitEvaluator& limit, const mesh::Cage& cage, const BlockEdge& edge)
         : curve_(limit, cage, edge),
           arc_([this](double t) { return curve_.derivatives(t).first.norm(); }, curve_.breaks()) {}
-    EdgeMeasure(const EdgeMeasure&) = delete;
-    EdgeMeasure& operator=(const EdgeMeasure&) = delete;
+    EdgeLengths(const EdgeLengths&) = delete;
+    EdgeLengths& operator=(const EdgeLengths&) = delete;
 
     [[nodiscard]] const EdgeCurve& curve() const { return curve_; }
     [[nodiscard]] const Cumulative& arc() const { return arc_; }
@@ -126,7 +126,7 @@ struct Share {
     std::function<double(double share)> inverse;
 };
 
-Share share_of(const EdgeMeasure& measure, const EdgeSpec& spec, Measure by) {
+Share share_of(const EdgeLengths& measure, const EdgeSpec& spec, Measure by) {
     const Cumulative& arc = measure.arc();
     if (spec.density != nullptr) {
         const LineDensity& density = *spec.density;
@@ -145,7 +145,7 @@ Share share_of(const EdgeMeasure& measure, const EdgeSpec& spec, Measure by) {
             [weighted](double share) { return weighted->inverse(share * weighted->total()); }};
 }
 
-void place_points(const EdgeMeasure& measure, const EdgeSpec& spec, Measure by, EdgePoints& edge) {
+void place_points(const EdgeLengths& measure, const EdgeSpec& spec, Measure by, EdgePoints& edge) {
     const Cumulative& arc = measure.arc();
     const Share share = share_of(measure, spec, by);
     // A cell's size as a share, so that the law meets it there.
@@ -252,7 +252,7 @@ std::array<int, 2> Plan::size(int block) const {
     const Block& b = layout.blocks.at(std::size_t(block));
     std::array<int, 2> points{1, 1};
     for (const std::size_t side : {0U, 1U}) {
-        for (const EdgeUse& use : b.sides[side]) {
+        for (const BlockEdgeUse& use : b.sides[side]) {
             points[side] += edges[std::size_t(use.edge)].cells();
         }
     }
@@ -284,11 +284,11 @@ Plan make_plan(const BlockLayout& layout, const PlanOptions& options) {
     std::vector<LineDensity> densities;
     if (options.size) densities = line_densities(layout, classes, options.size);
 
-    std::vector<std::unique_ptr<EdgeMeasure>> measures(layout.edges.size());
+    std::vector<std::unique_ptr<EdgeLengths>> measures(layout.edges.size());
     std::vector<double> lengths(layout.edges.size());
     base::parallel_for(measures.size(), 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t e = first; e < last; ++e) {
-            measures[e] = std::make_unique<EdgeMeasure>(limit, layout.cage, layout.edges[e]);
+            measures[e] = std::make_unique<EdgeLengths>(limit, layout.cage, layout.edges[e]);
             lengths[e] = measures[e]->arc().total();
         }
     });

@@ -88,11 +88,11 @@ Spread finished(Spread spread) {
     return spread;
 }
 
-struct Sums {
+struct QualitySums {
     Spread min_angle, skewness, aspect, stretching, scaled_jacobian;
     std::int64_t folded = 0, negative = 0;
 
-    void add(const Sums& other) {
+    void add(const QualitySums& other) {
         merge(min_angle, other.min_angle, false);
         merge(skewness, other.skewness, true);
         merge(aspect, other.aspect, true);
@@ -115,7 +115,7 @@ struct Beside {
 struct QualityMeter::State {
     const BlockSource& grid;
     std::vector<std::vector<EdgePlace>> places;
-    Sums all;
+    QualitySums all;
     Spread orthogonality;
     std::vector<std::array<Beside, 2>> beside;  // per edge and place
     struct AtVertex {
@@ -131,14 +131,15 @@ struct QualityMeter::State {
           places(edge_places(source.plan().layout)),
           beside(source.plan().layout.edges.size()) {}
 
-    Sums measure(int block, const BlockPoints& p, int j0, int j1, int k, CellFields* fields) const;
+    QualitySums measure(int block, const BlockPoints& p, int j0, int j1, int k,
+                        CellFields* fields) const;
     void look_at_corners(int block, const BlockPoints& p);
     void look_at_sides(int block, const BlockPoints& p);
 };
 
-Sums QualityMeter::State::measure(int block, const BlockPoints& p, int j0, int j1, int k,
-                                  CellFields* fields) const {
-    Sums sums;
+QualitySums QualityMeter::State::measure(int block, const BlockPoints& p, int j0, int j1, int k,
+                                         CellFields* fields) const {
+    QualitySums sums;
     const int layers = std::max(p.nk - 1, 1);
     for (int j = j0; j < j1; ++j) {
         for (int i = 0; i + 1 < p.ni; ++i) {
@@ -263,7 +264,7 @@ void QualityMeter::add(int block, const BlockPoints& p, CellFields* fields) {
     const int rows = p.nj - 1;
     const int rows_a_task = std::max(1, 8192 / p.ni);
     const int tasks_a_layer = (rows + rows_a_task - 1) / rows_a_task;
-    std::vector<Sums> parts(std::size_t(tasks_a_layer) * std::size_t(layers));
+    std::vector<QualitySums> parts(std::size_t(tasks_a_layer) * std::size_t(layers));
     base::parallel_for(parts.size(), 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t task = first; task < last; ++task) {
             const int k = int(task) / tasks_a_layer;
@@ -271,7 +272,7 @@ void QualityMeter::add(int block, const BlockPoints& p, CellFields* fields) {
             parts[task] = state_->measure(block, p, j, std::min(rows, j + rows_a_task), k, fields);
         }
     });
-    for (const Sums& part : parts) state_->all.add(part);
+    for (const QualitySums& part : parts) state_->all.add(part);
     state_->look_at_corners(block, p);
     state_->look_at_sides(block, p);
     state_->point_count += std::int64_t(p.count());

@@ -87,7 +87,7 @@ Plan refined(const Plan& plan, const LineError& error, double limit, int max_rou
             for (const bool along_i : {true, false}) {
                 const std::vector<char> bad = bad_cells(points, along_i, error, limit);
                 std::size_t begin = 0;
-                for (const EdgeUse& use : result.layout.blocks[b].sides[along_i ? 0 : 1]) {
+                for (const BlockEdgeUse& use : result.layout.blocks[b].sides[along_i ? 0 : 1]) {
                     const auto& member = classes.edges[std::size_t(use.edge)];
                     auto& marks = by_class[std::size_t(member.line_class)];
                     const std::size_t n = marks.size();

@@ -41,7 +41,7 @@ GridFormat grid_format(const std::filesystem::path& file) {
 }
 
 GridQuality write_grid(const BlockSource& grid, const std::filesystem::path& file,
-                       const WriteOptions& options) {
+                       const GridWriteOptions& options) {
     const GridFormat format = grid_format(file);
     const auto writer = format == GridFormat::Cgns     ? make_cgns_writer(grid, file, options)
                         : format == GridFormat::Plot3d ? make_plot3d_writer(grid, file, options)

@@ -51,7 +51,7 @@ CGNS_ENUMT(LengthUnits_t) cgns_unit(base::LengthUnit unit) {
 class CgnsWriter : public GridWriter {
   public:
     CgnsWriter(const BlockSource& grid, const std::filesystem::path& file,
-               const WriteOptions& options)
+               const GridWriteOptions& options)
         : grid_(grid), file_(file), pending_(file), dimension_(grid.layers() > 1 ? 3 : 2) {
         check_sizes();
         check(cg_set_file_type(CG_FILE_HDF5));
@@ -204,7 +204,7 @@ class CgnsWriter : public GridWriter {
 
 std::unique_ptr<GridWriter> make_cgns_writer(const BlockSource& grid,
                                              const std::filesystem::path& file,
-                                             const WriteOptions& options) {
+                                             const GridWriteOptions& options) {
     return std::make_unique<CgnsWriter>(grid, file, options);
 }
 

@@ -28,7 +28,7 @@ T ordered(T value, bool big_endian) {
 class Plot3dWriter : public GridWriter {
   public:
     Plot3dWriter(const BlockSource& grid, const std::filesystem::path& file,
-                 const WriteOptions& options)
+                 const GridWriteOptions& options)
         : options_(options.plot3d), pending_(file), stream_(pending_.path(), file) {
         check_records(grid, file);
         if (options_.form == Plot3dOptions::Form::Ascii) {
@@ -127,7 +127,7 @@ class Plot3dWriter : public GridWriter {
 
 std::unique_ptr<GridWriter> make_plot3d_writer(const BlockSource& grid,
                                                const std::filesystem::path& file,
-                                               const WriteOptions& options) {
+                                               const GridWriteOptions& options) {
     return std::make_unique<Plot3dWriter>(grid, file, options);
 }
 

@@ -144,7 +144,7 @@ class VtkWriter : public GridWriter {
 }  // namespace
 
 std::unique_ptr<GridWriter> make_vtk_writer(const BlockSource& grid, const fs::path& file,
-                                            const WriteOptions&) {
+                                            const GridWriteOptions&) {
     return std::make_unique<VtkWriter>(grid, file);
 }
 

@@ -20,13 +20,13 @@ class GridWriter {
 
 std::unique_ptr<GridWriter> make_cgns_writer(const BlockSource& grid,
                                              const std::filesystem::path& file,
-                                             const WriteOptions& options);
+                                             const GridWriteOptions& options);
 std::unique_ptr<GridWriter> make_plot3d_writer(const BlockSource& grid,
                                                const std::filesystem::path& file,
-                                               const WriteOptions& options);
+                                               const GridWriteOptions& options);
 std::unique_ptr<GridWriter> make_vtk_writer(const BlockSource& grid,
                                             const std::filesystem::path& file,
-                                            const WriteOptions& options);
+                                            const GridWriteOptions& options);
 
 /// A stream that throws OutputError, naming `file`, when its content cannot be written.
 class OutputStream {

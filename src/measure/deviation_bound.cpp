@@ -54,7 +54,7 @@ struct Sample {
     ShapePair pair;
 };
 
-struct CurveSample {
+struct CurveProbe {
     double arc_length = 0.0;     ///< mm
     Vec3 offset = Vec3::Zero();  ///< from its foot point
 };
@@ -62,7 +62,7 @@ struct CurveSample {
 /// A piece of a feature curve with samples at its start, in its middle and at its end.
 struct Span {
     int curve = 0;
-    std::array<CurveSample, 3> sample;
+    std::array<CurveProbe, 3> sample;
     double bound = std::numeric_limits<double>::infinity();
 };
 
@@ -195,7 +195,7 @@ class Bounding {
         });
     }
 
-    [[nodiscard]] CurveSample curve_sample(int curve, double arc_length) const {
+    [[nodiscard]] CurveProbe curve_sample(int curve, double arc_length) const {
         const Vec3 point = from_.point_on_curve(curve, arc_length).point;
         return {arc_length, point - to_.foot_point(point).point};
     }

@@ -22,12 +22,12 @@ double normal_curvature(const Vec3& d, const Vec3& dd, const Vec3& normal) {
     return square > 0.0 ? dd.dot(normal) / square : 0.0;
 }
 
-struct Sums {
+struct FairnessSums {
     double area = 0.0, variation = 0.0, skew = 0.0;
     double largest_cosine = 0.0;
     std::array<double, 2> length{};  // of the isolines along u and v, on average
 
-    void add(const Sums& other) {
+    void add(const FairnessSums& other) {
         area += other.area;
         variation += other.variation;
         skew += other.skew;
@@ -35,7 +35,8 @@ struct Sums {
     }
 };
 
-Sums face_sums(const mesh::Cage& cage, const subd::LimitEvaluator& evaluator, FaceId f, int n) {
+FairnessSums face_sums(const mesh::Cage& cage, const subd::LimitEvaluator& evaluator, FaceId f,
+                       int n) {
     std::vector<subd::LimitPoint> grid;
     for (int i = 0; i < n; ++i) {
         for (int j = 0; j < n; ++j)
@@ -44,7 +45,7 @@ Sums face_sums(const mesh::Cage& cage, const subd::LimitEvaluator& evaluator, Fa
     const auto at = [&](int i, int j) -> const subd::LimitPoint& {
         return grid[std::size_t(i * n + j)];
     };
-    Sums sums;
+    FairnessSums sums;
     for (int i = 0; i < n; ++i) {
         for (int j = 0; j < n; ++j) {
             const subd::LimitPoint& p = at(i, j);
@@ -79,15 +80,15 @@ Fairness measure_fairness(const mesh::Cage& cage, int samples) {
     if (samples < 3) throw base::InvalidArgument("measure_fairness: at least 3 samples an edge");
     const mesh::Topology& t = *cage.topology;
     const subd::LimitEvaluator evaluator(cage.topology);
-    std::vector<Sums> faces(std::size_t(t.face_count()));
+    std::vector<FairnessSums> faces(std::size_t(t.face_count()));
     base::parallel_for(faces.size(), 16, [&](std::size_t first, std::size_t last) {
         for (std::size_t f = first; f < last; ++f) {
             const FaceId face{static_cast<std::int32_t>(f)};
             if (t.size(face) == 4) faces[f] = face_sums(cage, evaluator, face, samples);
         }
     });
-    Sums sums;
-    for (const Sums& face : faces) sums.add(face);
+    FairnessSums sums;
+    for (const FairnessSums& face : faces) sums.add(face);
     // Across an edge, isolines of the family that crosses it go on.
     double ratios = 0.0;
     int count = 0;

@@ -77,9 +77,9 @@ struct Domain {
 enum class Relation { Apart, Joined, Open };
 
 /// A surface in pieces, with bounds for groups of its spans.
-class Shape {
+class SurfaceTree {
   public:
-    Shape(const geom::BsplineSurface& surface, double resolution)
+    SurfaceTree(const geom::BsplineSurface& surface, double resolution)
         : resolution_(resolution), domain_(surface) {
         constexpr double least_of_resolution = 1e-7, least_rel = 1e-12;
         least_ = std::max(least_of_resolution * resolution,
@@ -289,11 +289,11 @@ std::vector<SelfIntersection> find_self_intersections(
         std::size_t surface;
         std::array<int, 2> pair;
     };
-    std::vector<std::unique_ptr<const Shape>> shapes(surfaces.size());
+    std::vector<std::unique_ptr<const SurfaceTree>> shapes(surfaces.size());
     std::vector<std::vector<std::array<int, 2>>> pairs(surfaces.size());
     base::parallel_for(surfaces.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t k = begin; k < end; ++k) {
-            shapes[k] = std::make_unique<const Shape>(surfaces[k], resolution_mm);
+            shapes[k] = std::make_unique<const SurfaceTree>(surfaces[k], resolution_mm);
             pairs[k] = shapes[k]->candidates();
         }
     });

@@ -104,16 +104,16 @@ std::optional<std::vector<PowerPart>> power_parts(const Matrix& matrix, double e
 }
 
 /// How a product of two parts grows with the level; larger ones come first.
-struct Growth {
+struct GrowthOrder {
     double factor;
     int degree;
 
-    Growth(const PowerPart& a, const PowerPart& b)
+    GrowthOrder(const PowerPart& a, const PowerPart& b)
         : factor(a.eigenvalue * b.eigenvalue), degree(a.degree + b.degree) {}
-    [[nodiscard]] bool same(const Growth& other) const {
+    [[nodiscard]] bool same(const GrowthOrder& other) const {
         return std::abs(factor - other.factor) < same_eigenvalue && degree == other.degree;
     }
-    [[nodiscard]] bool before(const Growth& other) const {
+    [[nodiscard]] bool before(const GrowthOrder& other) const {
         const double difference = std::abs(factor) - std::abs(other.factor);
         return std::abs(difference) > same_eigenvalue ? difference > 0.0 : degree > other.degree;
     }
@@ -122,12 +122,12 @@ struct Growth {
 Matrix wedge(const Row& a, const Row& b) { return a.transpose() * b - b.transpose() * a; }
 
 /// The leading term of du ^ dv at one point among the products of growth `g`.
-Matrix leading_form(const std::vector<PowerPart>& parts, const Growth& g, const Row& du,
+Matrix leading_form(const std::vector<PowerPart>& parts, const GrowthOrder& g, const Row& du,
                     const Row& dv) {
     Matrix form = Matrix::Zero(du.size(), du.size());
     for (const PowerPart& a : parts) {
         for (const PowerPart& b : parts) {
-            if (g.same(Growth(a, b))) form += wedge(du * a.map, dv * b.map);
+            if (g.same(GrowthOrder(a, b))) form += wedge(du * a.map, dv * b.map);
         }
     }
     return form;
@@ -135,7 +135,7 @@ Matrix leading_form(const std::vector<PowerPart>& parts, const Growth& g, const 
 
 /// The common direction of the leading terms of all points; empty when they differ, zero when they
 /// vanish.
-std::optional<Matrix> common_form(const std::vector<PowerPart>& parts, const Growth& g,
+std::optional<Matrix> common_form(const std::vector<PowerPart>& parts, const GrowthOrder& g,
                                   const CornerProbes& probes) {
     std::vector<Matrix> forms;
     int vanishing = 0;
@@ -220,7 +220,7 @@ TangentRows tangent_rows(const Matrix& matrix, const CornerProbes& probes, doubl
     std::vector<double> eigenvalues = contracting_eigenvalues(matrix);
     std::erase_if(eigenvalues, [&](double e) { return std::abs(e) > largest + same_eigenvalue; });
     std::vector<PowerPart> parts;
-    std::vector<Growth> done;
+    std::vector<GrowthOrder> done;
     for (std::size_t known = 0; known < eigenvalues.size(); ++known) {
         auto more = power_parts(matrix, eigenvalues[known]);
         if (!more) return {};
@@ -229,17 +229,17 @@ TangentRows tangent_rows(const Matrix& matrix, const CornerProbes& probes, doubl
         const double reach = known + 1 < eigenvalues.size()
                                  ? std::abs(eigenvalues[0] * eigenvalues[known + 1])
                                  : 0.0;
-        std::vector<Growth> complete;
+        std::vector<GrowthOrder> complete;
         for (const PowerPart& a : parts) {
             for (const PowerPart& b : parts) {
-                const Growth g(a, b);
+                const GrowthOrder g(a, b);
                 if (std::abs(g.factor) > reach + same_eigenvalue) complete.push_back(g);
             }
         }
         std::sort(complete.begin(), complete.end(),
-                  [](const Growth& a, const Growth& b) { return a.before(b); });
-        for (const Growth& g : complete) {
-            const auto same = [&](const Growth& other) { return g.same(other); };
+                  [](const GrowthOrder& a, const GrowthOrder& b) { return a.before(b); });
+        for (const GrowthOrder& g : complete) {
+            const auto same = [&](const GrowthOrder& other) { return g.same(other); };
             if (std::any_of(done.begin(), done.end(), same)) continue;
             done.push_back(g);
             const auto form = common_form(parts, g, probes);

@@ -147,7 +147,7 @@ void check_deviation(const mesh::Cage& cage, const Shape& shape, double toleranc
     const fit::FitResult fitted =
         fit::fit(cage, shape.reference,
                  {.tolerance_mm = 0.6 * tolerance, .preserve_parametrisation = false});
-    CHECK(fitted.met);
+    CHECK(fitted.within_tolerance);
     const Shape result = shape_of(fitted.cage);
     double worst = 0.0;
     for (const auto& sample : shape.reference.sample(4000))

@@ -48,7 +48,7 @@ TEST_CASE("parts of a cage are fitted to the bodies that they lie on", "[layout]
     const fit::FitOptions options{
         .tolerance_mm = 1e-6, .max_levels = 0, .preserve_parametrisation = false};
     const auto fitted = fit::fit_parts(parts, references, options);
-    CHECK(fitted.whole.met);
+    CHECK(fitted.whole.within_tolerance);
     CHECK(fitted.whole.levels.size() == 1);
     CHECK(fitted.whole.levels[0].vertices == made.topology->vertex_count());
     CHECK(fitted.whole.cage.topology->face_count() == made.topology->face_count());

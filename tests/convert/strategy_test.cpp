@@ -6,8 +6,8 @@
 
 using namespace patchwright;
 using convert::Attempt;
+using convert::AttemptPlan;
 using convert::CageKind;
-using convert::Plan;
 using measure::Requirement;
 
 namespace {
@@ -26,7 +26,7 @@ convert::Source solid() {
 }
 
 /// An attempt of this plan whose distance is so many tolerances, else perfect.
-Attempt attempt(const Plan& plan, CageKind kind, double tolerances) {
+Attempt attempt(const AttemptPlan& plan, CageKind kind, double tolerances) {
     Attempt a{.plan = plan, .kind = kind, .cage = test::cube(1.0)};
     a.fit.levels.emplace_back();
     a.shape.solid = {.solids = 1, .faces = 6, .closed = true, .valid = true, .volume = 1.0};
@@ -169,7 +169,7 @@ TEST_CASE("a shape that folds within the tolerance is fitted more closely first"
 }
 
 TEST_CASE("a recognised shape that is far off is none", "[convert]") {
-    Plan free = *convert::choose_next({}, made(), diagonal);
+    AttemptPlan free = *convert::choose_next({}, made(), diagonal);
     free.preserve_parametrisation = false;
     const auto next =
         convert::choose_next({attempt(free, CageKind::Sections, 11.0)}, made(), diagonal);
@@ -182,7 +182,7 @@ TEST_CASE("a recognised shape that is far off is none", "[convert]") {
 }
 
 TEST_CASE("blocks that lose sharp curves are remeshed, others get finer", "[convert]") {
-    Plan blocks = *convert::choose_next({}, made(), diagonal);
+    AttemptPlan blocks = *convert::choose_next({}, made(), diagonal);
     blocks.preserve_parametrisation = false;
     Attempt a = attempt(blocks, CageKind::Blocks, 2.0);
     CHECK(convert::choose_next({a}, made(), diagonal)->cage.fineness == 2.0);
@@ -194,7 +194,7 @@ TEST_CASE("blocks that lose sharp curves are remeshed, others get finer", "[conv
 }
 
 TEST_CASE("remeshed cages get shorter edges where they miss, while that helps", "[convert]") {
-    Plan remesh = *convert::choose_next({}, made(), diagonal);
+    AttemptPlan remesh = *convert::choose_next({}, made(), diagonal);
     remesh.preserve_parametrisation = false;
     std::vector<Attempt> attempts{attempt(remesh, CageKind::Remeshed, 4.0)};
     attempts.push_back(next_of(attempts, CageKind::Remeshed, 2.0));

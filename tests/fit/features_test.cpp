@@ -221,7 +221,7 @@ TEST_CASE("corners keep their order where the cage is off by more than a part is
     mesh::Cage cage = sharp_cube(2.0);
     cage.points.col(2) = 0.012 * cage.points.col(2).array() + 0.03;
     const auto result = fit::fit(cage, test::Box(half), {.tolerance_mm = 1e-9});
-    CHECK(result.met);
+    CHECK(result.within_tolerance);
     CHECK(result.levels.back().chains_on_features == 12);
     for (int v = 0; v < 8; ++v) {
         const Vec3 corner =
@@ -384,7 +384,7 @@ TEST_CASE("a crease that ends within the surface ends where its curve does", "[f
     cage.points.row(17) += Eigen::RowVector3d(0.1, 0.15, 0.0);
     const double tolerance = 1e-3;
     const auto result = fit::fit(cage, Cut(), {.tolerance_mm = tolerance});
-    CHECK(result.met);
+    CHECK(result.within_tolerance);
     const std::vector<subd::Site> sites{
         fit::vertex_site(*result.cage.topology, mesh::VertexId{12})};
     geom::Points limit;

@@ -21,7 +21,7 @@ using geom::Vec3;
 TEST_CASE("a cube cage is fitted to a sphere within the tolerance", "[fit][oracle]") {
     const auto result =
         fit::fit(subd::refine(test::cube(2.0), 1), test::Sphere(1.0), {.tolerance_mm = 1e-4});
-    REQUIRE(result.met);
+    REQUIRE(result.within_tolerance);
     CHECK(result.levels.back().max_mm <= 1e-4);
     // The fit's own figures are those of the limit surface.
     const subd::LimitEvaluator evaluator(result.cage.topology);
@@ -119,7 +119,7 @@ TEST_CASE("creases and corners of a cube go to the edges and corners of a box", 
     mesh::Cage cage = test::cube(1.8, tags);
     cage.points.row(3) += Eigen::RowVector3d(0.05, -0.03, 0.02);
     const auto result = fit::fit(cage, test::Box(), {.tolerance_mm = 1e-9});
-    CHECK(result.met);
+    CHECK(result.within_tolerance);
     CHECK(result.levels.size() == 1);
     CHECK((result.cage.points.cwiseAbs().array() - 1.0).abs().maxCoeff() < 1e-9);
 }
@@ -129,7 +129,7 @@ TEST_CASE("an open cage's boundary goes to the free edge", "[fit][oracle]") {
     cage.points = (cage.points.array() - 2.0) * 0.35;
     cage.points.col(2).setConstant(0.2);
     const auto result = fit::fit(cage, test::Disc(), {.tolerance_mm = 1e-3});
-    REQUIRE(result.met);
+    REQUIRE(result.within_tolerance);
     const subd::LimitEvaluator evaluator(result.cage.topology);
     const mesh::Topology& t = *result.cage.topology;
     for (const mesh::VertexId v : t.vertices()) {
@@ -204,8 +204,8 @@ TEST_CASE("an open cage that faces the other way is fitted as well as one that d
     const auto right = fitted(false), away = fitted(true);
     CHECK_FALSE(right.faces_away);
     CHECK(away.faces_away);
-    REQUIRE(right.met);
-    REQUIRE(away.met);
+    REQUIRE(right.within_tolerance);
+    REQUIRE(away.within_tolerance);
     CHECK(away.levels.back().vertices == right.levels.back().vertices);
     CHECK(away.levels.back().rms_mm == Approx(right.levels.back().rms_mm).epsilon(1e-3));
 }
@@ -222,7 +222,7 @@ TEST_CASE("pinned control points do not move", "[fit]") {
 TEST_CASE("missing the tolerance is an answer, not an error", "[fit]") {
     const auto result =
         fit::fit(test::cube(2.0), test::Sphere(1.0), {.tolerance_mm = 1e-9, .max_levels = 1});
-    CHECK_FALSE(result.met);
+    CHECK_FALSE(result.within_tolerance);
     CHECK(result.levels.size() == 2);
     CHECK(result.levels[1].max_mm > 1e-9);
 }

@@ -58,10 +58,10 @@ mesh::Cage sheet() {
 TEST_CASE("splitting strips where the cage is too coarse takes fewer vertices", "[fit][oracle]") {
     fit::FitOptions options{.tolerance_mm = 1e-3};
     const auto local = fit::fit(sheet(), Ridge(), options);
-    options.refinement = fit::Refinement::Global;
+    options.refinement = fit::RefinementScope::Global;
     const auto global = fit::fit(sheet(), Ridge(), options);
-    REQUIRE(local.met);
-    REQUIRE(global.met);
+    REQUIRE(local.within_tolerance);
+    REQUIRE(global.within_tolerance);
     CHECK(local.levels.size() > 1);
     CHECK(local.levels.back().local);
     CHECK(3 * local.levels.back().vertices < 2 * global.levels.back().vertices);
@@ -91,8 +91,8 @@ TEST_CASE("a split cage starts near the limit surface of the coarse one", "[fit]
     fit::LevelError error;
     error.faces.resize(std::size_t(cage.topology->face_count()));
     error.faces[5] = {{.max = 1.0, .change_u = 1.0}};
-    const auto next =
-        fit::refine_where_needed(cage, error, {}, {.tolerance_mm = 0.1}, fit::Refinement::Local);
+    const auto next = fit::refine_where_needed(cage, error, {}, {.tolerance_mm = 0.1},
+                                               fit::RefinementScope::Local);
     REQUIRE(next);
     CHECK(next->local);
     CHECK(next->cage.topology->vertex_count() == 17 * 12);
@@ -119,7 +119,7 @@ TEST_CASE("faces that gain nothing from being split are no longer split", "[fit]
             if (bad) error.faces[f] = {{.max = 1.0, .change_u = 1.0}};
         }
         auto next = fit::refine_where_needed(cage, error, history, {.tolerance_mm = 0.1},
-                                             fit::Refinement::Local);
+                                             fit::RefinementScope::Local);
         if (!next) break;
         cage = next->cage;
         history = next->history;
@@ -138,7 +138,7 @@ TEST_CASE("strips get as narrow as what their samples do not see", "[fit]") {
         face.beyond = {Eigen::Vector2d(0.01, 0.0), Eigen::Vector2d(0.05, 1.0)};
         face.beyond_count = 20;
         return fit::refine_where_needed(cage, error, {}, {.tolerance_mm = 0.005},
-                                        fit::Refinement::Local);
+                                        fit::RefinementScope::Local);
     };
     const auto seen = refined(0.018), unseen = refined(0.001);
     REQUIRE(seen);

@@ -29,7 +29,7 @@ base::Progress throwing_from(int first, int* calls) {
 fit::FitResult fit_sphere(int max_levels, base::Progress progress) {
     return fit::fit(test::cube(2.0), test::Sphere(1.0),
                     {.tolerance_mm = 1e-4,
-                     .refinement = fit::Refinement::Global,
+                     .refinement = fit::RefinementScope::Global,
                      .max_levels = max_levels,
                      .progress = std::move(progress)});
 }

@@ -51,7 +51,7 @@ void check_layout(const BlockLayout& layout) {
         for (std::size_t side = 0; side < 4; ++side) {
             CHECK(block.sides[side].size() == block.sides[(side + 2) % 4].size());
             std::size_t length = 0;
-            for (const grid::EdgeUse& use : block.sides[side]) {
+            for (const grid::BlockEdgeUse& use : block.sides[side]) {
                 length += layout.edges[std::size_t(use.edge)].run.size();
             }
             CHECK(length == std::size_t(side % 2 == 0 ? block.columns : block.rows));
@@ -115,7 +115,7 @@ std::vector<std::vector<std::vector<geom::Vec3>>> points_along_edges(const Plan&
         const BlockPoints p = evaluator.evaluate(int(b));
         for (int side = 0; side < 4; ++side) {
             int begin = 0;
-            for (const grid::EdgeUse& use : plan.layout.blocks[b].sides[std::size_t(side)]) {
+            for (const grid::BlockEdgeUse& use : plan.layout.blocks[b].sides[std::size_t(side)]) {
                 const int cells = plan.edges[std::size_t(use.edge)].cells();
                 std::vector<geom::Vec3> points;
                 for (int n = begin; n <= begin + cells; ++n) {
@@ -256,7 +256,7 @@ TEST_CASE("first cells off creases have the size asked for", "[grid]") {
         int checked = 0;
         for (const grid::Block& block : layout.blocks) {
             for (std::size_t side = 0; side < 4; ++side) {
-                const grid::EdgeUse use = block.sides[side][0];
+                const grid::BlockEdgeUse use = block.sides[side][0];
                 const auto& edge = plan.edges[std::size_t(use.edge)];
                 if (edge.length_mm < 10 * first || edge.cells() < 4) continue;
                 for (const bool at_begin : {true, false}) {

@@ -10,7 +10,7 @@ namespace {
 
 struct CageCommandOptions {
     CommonOptions common;
-    CageOptions cage;
+    CageArguments cage;
     InputOptions read;
     std::string input, output;
     std::string tolerance = "1e-4rel", cage_unit = "mm";

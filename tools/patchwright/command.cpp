@@ -9,7 +9,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 
@@ -28,15 +28,14 @@ void add_common_options(CLI::App& command, CommonOptions& options, bool with_htm
     if (with_html) command.add_option("--report", options.html, "write the report as HTML");
 }
 
-Run::Run(const CommonOptions& options)
-    : options_(options), stage_start_(std::chrono::steady_clock::now()) {
+Run::Run(const CommonOptions& options) : options_(options) {
     base::set_thread_count(options.threads);
 }
 
 base::Progress Run::progress() const {
     const bool show = !options_.quiet && (options_.progress || ::isatty(STDERR_FILENO) != 0);
-    return [show, last = std::string(), start = stage_start_](std::string_view stage,
-                                                              double fraction) mutable {
+    return [show, last = std::string(), start = std::chrono::steady_clock::now()](
+               std::string_view stage, double fraction) mutable {
         if (show) {
             const double seconds =
                 std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -56,19 +55,17 @@ base::Budget Run::budget(std::optional<double> limit_s) const {
 }
 
 void Run::end_stage(const std::string& name) {
-    const auto now = std::chrono::steady_clock::now();
-    add_stage(name, std::chrono::duration<double>(now - stage_start_).count());
+    note_stage(name, clock_.end(name));
     if (interrupted != 0) throw base::Cancelled();
 }
 
 void Run::add_stage(const std::string& name, double seconds) {
-    const auto known = std::find_if(report.seconds.begin(), report.seconds.end(),
-                                    [&](const auto& stage) { return stage.first == name; });
-    if (known == report.seconds.end())
-        report.seconds.emplace_back(name, seconds);
-    else
-        known->second += seconds;
-    stage_start_ = std::chrono::steady_clock::now();
+    clock_.add(name, seconds);
+    note_stage(name, seconds);
+}
+
+void Run::note_stage(const std::string& name, double seconds) {
+    report.seconds = clock_.seconds();
     if (options_.verbose) fmt::print(stderr, "{}: {:.2f} s\n", name, seconds);
 }
 

@@ -2,13 +2,13 @@
 #pragma once
 
 #include <patchwright/base/budget.h>
+#include <patchwright/base/stage_clock.h>
 #include <patchwright/base/units.h>
 #include <patchwright/mesh/cage.h>
 #include <patchwright/report/run_report.h>
 
 #include <CLI/CLI.hpp>
 
-#include <chrono>
 #include <optional>
 #include <string>
 
@@ -62,8 +62,10 @@ class Run {
     report::RunReport report;
 
   private:
+    void note_stage(const std::string& name, double seconds);
+
     const CommonOptions& options_;
-    std::chrono::steady_clock::time_point stage_start_;
+    base::StageClock clock_;
 };
 
 /// Reads a cage whose numbers are in `unit`, in millimetres; fills report.cage.

@@ -17,8 +17,8 @@ constexpr double time_limit_s = 60.0;
 struct ConvertCommandOptions {
     CommonOptions common;
     OutputOptions output;
-    FitOptions fit{.time_limit_s = time_limit_s};
-    CageOptions cage;
+    FitArguments fit{.time_limit_s = time_limit_s};
+    CageArguments cage;
     InputOptions read;
     std::string input, cage_file, cage_out;
     int samples = convert::ConvertOptions{}.samples;

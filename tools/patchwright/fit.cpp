@@ -8,8 +8,8 @@ namespace {
 
 struct FitCommandOptions {
     CommonOptions common;
-    FitOptions fit;
-    CageOptions cage;
+    FitArguments fit;
+    CageArguments cage;
     InputOptions read;
     std::string input, cage_file, output;
 };

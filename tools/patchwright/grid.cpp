@@ -70,7 +70,7 @@ grid::PlanOptions plan_options(const GridOptions& options, double diagonal) {
 
 int make_grid(const GridOptions& options) {
     const auto cage_unit = base::parse_length_unit(options.cage_unit);
-    grid::WriteOptions write{.unit = base::parse_length_unit(options.unit)};
+    grid::GridWriteOptions write{.unit = base::parse_length_unit(options.unit)};
     grid::grid_format(options.output);  // refuses an unknown extension before the work
     write.plot3d = {options.form == "ascii"     ? grid::Plot3dOptions::Form::Ascii
                     : options.form == "fortran" ? grid::Plot3dOptions::Form::Fortran

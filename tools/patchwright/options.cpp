@@ -30,7 +30,7 @@ convert::Source read_source(Run& run, const std::string& file, const InputOption
     return source;
 }
 
-void add_cage_options(CLI::App& command, CageOptions& options) {
+void add_cage_options(CLI::App& command, CageArguments& options) {
     using cage::Method;
     add_choice<Method>(
         command, "--layout", options.method,
@@ -43,8 +43,8 @@ void add_cage_options(CLI::App& command, CageOptions& options) {
         ->check(CLI::PositiveNumber);
 }
 
-void add_fit_options(CLI::App& command, FitOptions& options) {
-    using fit::Refinement;
+void add_fit_options(CLI::App& command, FitArguments& options) {
+    using fit::RefinementScope;
     using fit::Symmetry;
     command
         .add_option("--tolerance", options.tolerance,
@@ -58,9 +58,9 @@ void add_fit_options(CLI::App& command, FitOptions& options) {
         .add_option("--max-levels", options.max_levels,
                     "refinements of the cage at most; by default 12, of made cages 2 to 12")
         ->check(CLI::Range(0, 20));
-    add_choice<Refinement>(
+    add_choice<RefinementScope>(
         command, "--refine", options.refinement,
-        {{"local", Refinement::Local}, {"global", Refinement::Global}},
+        {{"local", RefinementScope::Local}, {"global", RefinementScope::Global}},
         "where the cage is too coarse: local (strips of quads there are split lengthwise) or "
         "global (every face in four)");
     add_choice<Symmetry>(command, "--symmetry", options.symmetry,
@@ -80,7 +80,7 @@ void add_fit_options(CLI::App& command, FitOptions& options) {
 }
 
 convert::ConvertOptions convert_options(Run& run, const convert::Source& source,
-                                        const FitOptions& fit, const CageOptions& cage,
+                                        const FitArguments& fit, const CageArguments& cage,
                                         const std::string& cage_file) {
     convert::ConvertOptions options{.tolerance_mm = length_mm(fit.tolerance, source.input.diagonal),
                                     .method = cage.method,

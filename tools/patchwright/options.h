@@ -50,29 +50,29 @@ convert::Source read_source(Run& run, const std::string& file, const InputOption
                             bool heal = true, bool with_surface = true);
 
 /// Options of subcommands that make cages.
-struct CageOptions {
+struct CageArguments {
     cage::Method method = cage::Method::Auto;
     std::optional<int> target_faces;
 };
 
-void add_cage_options(CLI::App& command, CageOptions& options);
+void add_cage_options(CLI::App& command, CageArguments& options);
 
 /// Options of subcommands that fit.
-struct FitOptions {
+struct FitArguments {
     std::string tolerance = "1e-4rel";
     std::string cage_unit = "mm";
-    fit::Refinement refinement = fit::Refinement::Local;
+    fit::RefinementScope refinement = fit::RefinementScope::Local;
     fit::Symmetry symmetry = fit::Symmetry::Detect;
     std::optional<int> max_levels;
     std::optional<double> time_limit_s;
 };
 
-void add_fit_options(CLI::App& command, FitOptions& options);
+void add_fit_options(CLI::App& command, FitArguments& options);
 
 /// What conversions and fits of these options do; the shape and the samples stay as they are.
 /// @param cage_file  empty: cages are made from the model
 convert::ConvertOptions convert_options(Run& run, const convert::Source& source,
-                                        const FitOptions& fit, const CageOptions& cage,
+                                        const FitArguments& fit, const CageArguments& cage,
                                         const std::string& cage_file);
 
 /// In millimetres, of this diagonal.

@@ -22,7 +22,7 @@ struct ConvertOptions {
     std::optional<mesh::Cage> cage;
     cage::Method method = cage::Method::Auto;  ///< of made cages
     std::optional<int> target_faces;           ///< of made cages, about
-    fit::Refinement refinement = fit::Refinement::Local;
+    fit::RefinementScope refinement = fit::RefinementScope::Local;
     fit::Symmetry symmetry = fit::Symmetry::Detect;
     std::optional<int> max_levels;  ///< of the fit; none: as the kind of cage asks for
     ShapeOptions shape;
@@ -38,19 +38,19 @@ enum class CageKind {
 };
 
 /// What an attempt does. Two plans whose cages are the same share the cage.
-struct Plan {
+struct AttemptPlan {
     cage::CageOptions cage;  ///< of a made one
     bool given = false;      ///< the user's cage in place of a made one
     /// Keep the form of the cage's lines; see fit::FitOptions.
     bool preserve_parametrisation = true;
     double fit_share = 1.0;  ///< of the tolerance: what the fit aims at
 
-    [[nodiscard]] bool same_cage(const Plan& other) const;
+    [[nodiscard]] bool same_cage(const AttemptPlan& other) const;
 };
 
 /// One cage, fitted, and what came of it.
 struct Attempt {
-    Plan plan;
+    AttemptPlan plan;
     CageKind kind = CageKind::Given;
     mesh::Cage cage;                  ///< before the fit
     std::vector<std::string> layout;  ///< one line a body: what it was recognised as
@@ -81,8 +81,8 @@ measure::Verdict assess(const Attempt& attempt, const Source& source, double tol
 
 /// What to try next: nothing once an attempt is met, with a given cage, or when nothing that is
 /// left to try can be expected to be better.
-std::optional<Plan> choose_next(const std::vector<Attempt>& attempts, const ConvertOptions& options,
-                                double diagonal_mm);
+std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
+                                       const ConvertOptions& options, double diagonal_mm);
 
 /// The best attempt; the first of equal ones.
 std::optional<std::size_t> choose_best(const std::vector<Attempt>& attempts);

@@ -36,6 +36,8 @@ struct Source {
 
     /// @pre made with a surface
     [[nodiscard]] const geom::ModelSurface& surface() const;
+    /// For reference surfaces of `model` or its bodies.
+    [[nodiscard]] occ::ReferenceOptions reference_options(base::Progress progress) const;
 };
 
 /// Reads STEP, IGES, BREP, STL or triangles in OBJ.

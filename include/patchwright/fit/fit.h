@@ -16,7 +16,7 @@ namespace patchwright::fit {
 enum class Symmetry { None, Detect, X, Y, Z };
 
 /// How a cage grows.
-enum class Refinement {
+enum class RefinementScope {
     Global,  ///< every face is split in four, which leaves the limit surface as it is
     Local    ///< strips of quads across places that are too coarse are split lengthwise
 };
@@ -25,7 +25,7 @@ struct FitOptions {
     /// Largest allowed distance between the limit surface and the reference, both ways.
     double tolerance_mm = 0.1;
     /// Global keeps the layout of the given cage, at the price of up to four times the faces.
-    Refinement refinement = Refinement::Local;
+    RefinementScope refinement = RefinementScope::Local;
     /// Refinements at most. Lower it where the number of patches matters more than the tolerance.
     int max_levels = 12;
     /// No refinement beyond this many control points. Raise it for large models, lower it for
@@ -94,8 +94,9 @@ struct FitLevel {
 
 struct FitResult {
     mesh::Cage cage;
-    bool met = false;    ///< FitLevel::largest of the best level is within the tolerance
-    int best_level = 0;  ///< the one whose cage this is: no later one came nearer
+    /// Whether FitLevel::largest of the best level is; the verdict on a result asks for more.
+    bool within_tolerance = false;
+    int best_level = 0;                ///< the one whose cage this is: no later one came nearer
     std::optional<int> symmetry_axis;  ///< of the symmetry plane that was kept: 0, 1 or 2
     /// The normals of the cage point against those of the reference, as those of open ones can:
     /// they were compared with reversed signs. The cage keeps its orientation.
@@ -118,7 +119,7 @@ struct FitResult {
 /// A crease that ends within the surface ends where its curve does, within the tolerance, if the
 /// curve's end is as near as the crease's last edge is long.
 /// Pinned control points do not move. Points at tagged sectors are settled after each level (see
-/// subd::control_normals). Missing the tolerance is an answer: see FitResult::met.
+/// subd::control_normals). Missing the tolerance is an answer: see FitResult::within_tolerance.
 /// @throw InvalidArgument when an option is out of range
 /// @throw Cancelled when the progress callback says so
 /// @throw TimeLimitReached when the callback does before there is any level to return

@@ -22,7 +22,7 @@ struct BlockEdge {
 };
 
 /// One use of an edge as (part of) the side of a block.
-struct EdgeUse {
+struct BlockEdgeUse {
     int edge = -1;
     bool reversed = false;  ///< the block's counter-clockwise boundary runs against the edge
 };
@@ -36,7 +36,7 @@ struct Block {
     std::vector<mesh::CornerId> cells;
     /// Side 0 (j lowest, i rising), 1 (i highest, j rising), 2 (j highest, i falling), 3 (i lowest,
     /// j falling). Opposite sides have equally many edges, which pair up.
-    std::array<std::vector<EdgeUse>, 4> sides;
+    std::array<std::vector<BlockEdgeUse>, 4> sides;
 
     [[nodiscard]] mesh::CornerId cell(int i, int j) const {
         return cells[std::size_t(i) * std::size_t(rows) + std::size_t(j)];

@@ -29,7 +29,7 @@ struct Plot3dOptions {
     bool big_endian = false;
 };
 
-struct WriteOptions {
+struct GridWriteOptions {
     base::LengthUnit unit = base::LengthUnit::Millimetre;  ///< of the numbers in the file
     Plot3dOptions plot3d;
     base::Progress progress;
@@ -38,6 +38,6 @@ struct WriteOptions {
 /// Evaluates, measures and writes a grid. The file appears complete or not at all.
 /// @throw OutputError when it cannot be written, Cancelled
 GridQuality write_grid(const BlockSource& grid, const std::filesystem::path& file,
-                       const WriteOptions& options = {});
+                       const GridWriteOptions& options = {});
 
 }  // namespace patchwright::grid

@@ -24,14 +24,14 @@ struct SideUse {
 };
 
 /// A corner of a block, by the side that ends there.
-struct Corner {
+struct BlockCorner {
     int block = -1, side = -1;
 };
 
 /// A way of a strip: the arcs it crosses, and the corners of blocks that it goes around.
 struct Strip {
     std::vector<int> arcs;
-    std::vector<Corner> corners;
+    std::vector<BlockCorner> corners;
 };
 
 // Strips that are tried for an arc that has too few edges: each failure rules out one corner.
@@ -190,7 +190,7 @@ class Divider {
     /// How a strip may leave a block.
     struct Exit {
         int side = -1;
-        Corner corner;  ///< that it goes around; none when it leaves by the side opposite
+        BlockCorner corner;  ///< that it goes around; none when it leaves by the side opposite
         double cost = 0.0;
     };
 
@@ -202,7 +202,7 @@ class Divider {
                 result.push_back({side, {}, 0.0});
                 continue;
             }
-            const Corner corner{in.block, step == 1 ? in.side : side};
+            const BlockCorner corner{in.block, step == 1 ? in.side : side};
             const int known = corner_side_[at(in.block)];
             const bool used = result_.insertions[at(in.block)].count > 0;
             if (known >= 0 && known != corner.side) continue;
@@ -226,10 +226,10 @@ class Divider {
     [[nodiscard]] std::optional<Strip> way(int arc, int use, bool closed,
                                            Insertions allowed) const {
         const int start = state(arc, use);
-        std::vector<Corner> around(2 * uses_.size());  // gone around on the way into a state
+        std::vector<BlockCorner> around(2 * uses_.size());  // gone around on the way into a state
         double best = infinity;
         int last = -1, last_arc = -1;
-        Corner last_corner;
+        BlockCorner last_corner;
         const auto visit = [&](int s, double length, const auto& reach) {
             if (length >= best) return;
             const SideUse& in = uses_[at(s / 2)][at(s % 2)];

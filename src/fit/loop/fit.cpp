@@ -143,13 +143,13 @@ class LevelLoop {
             result_.best_level = static_cast<int>(result_.levels.size());
         }
         result_.levels.push_back(figures);
-        result_.met = least_ <= options_.tolerance_mm;
+        result_.within_tolerance = least_ <= options_.tolerance_mm;
         if (!worse_) kept_ = std::move(now_);
     }
 
     [[nodiscard]] bool may_go_on() const {
         const auto levels = static_cast<int>(result_.levels.size());
-        return !result_.met && levels <= options_.max_levels &&
+        return !result_.within_tolerance && levels <= options_.max_levels &&
                levels <= result_.best_level + options_.max_idle_levels && !is_stuck(result_.levels);
     }
 
@@ -159,12 +159,13 @@ class LevelLoop {
         std::optional<NextLevel> next;
         if (retry_ || !worse_) {
             next = refine_where_needed(kept_->cage, kept_->error, kept_->history, options_,
-                                       retry_ ? Refinement::Global : options_.refinement);
+                                       retry_ ? RefinementScope::Global : options_.refinement);
         }
         // Before giving up, faces that gained nothing from single cuts are cut in both directions.
         if (!next && kept_->figures.local && !last_resort_) {
             last_resort_ = true;
-            next = refine_where_needed(kept_->cage, kept_->error, {}, options_, Refinement::Global);
+            next = refine_where_needed(kept_->cage, kept_->error, {}, options_,
+                                       RefinementScope::Global);
         }
         if (!next) return false;
         now_ = {.cage = std::move(next->cage),
@@ -211,7 +212,7 @@ FitResult measure_given(const mesh::Cage& cage, const geom::ReferenceSurface& re
         measure_level(level, given_level(cage, facing, options), facing,
                       reverse_points(facing, options.reverse_samples), options);
         return FitResult{.cage = cage,
-                         .met = level.figures.largest() <= options.tolerance_mm,
+                         .within_tolerance = level.figures.largest() <= options.tolerance_mm,
                          .levels = {level.figures}};
     });
 }

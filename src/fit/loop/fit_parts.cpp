@@ -101,14 +101,14 @@ FitOptions options_of_part(FitOptions options, double share) {
 }
 
 FitResult whole_of(const std::vector<PartFit>& parts) {
-    FitResult whole{.met = true, .symmetry_axis = parts.front().result.symmetry_axis};
+    FitResult whole{.within_tolerance = true, .symmetry_axis = parts.front().result.symmetry_axis};
     std::vector<mesh::Cage> cages;
     std::size_t levels = 0;
     for (const PartFit& part : parts) {
         const FitResult& one = part.result;
         cages.push_back(one.cage);
         levels = std::max(levels, one.levels.size());
-        whole.met = whole.met && one.met;
+        whole.within_tolerance = whole.within_tolerance && one.within_tolerance;
         whole.faces_away = whole.faces_away || one.faces_away;
         whole.stopped_by_time_limit = whole.stopped_by_time_limit || one.stopped_by_time_limit;
         if (one.symmetry_axis != whole.symmetry_axis) whole.symmetry_axis.reset();

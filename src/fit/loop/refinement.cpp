@@ -237,7 +237,8 @@ void split_at_unresolved(NextLevel& next, std::vector<UnresolvedFeature> feature
 
 std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const LevelError& error,
                                              std::vector<FaceHistory> history,
-                                             const FitOptions& options, Refinement refinement) {
+                                             const FitOptions& options,
+                                             RefinementScope refinement) {
     const Topology& t = *cage.topology;
     history.resize(error.faces.size());
     std::vector<int> cuts(error.faces.size(), 0);
@@ -250,7 +251,7 @@ std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const Level
         any = true;
     }
     if (!any) return std::nullopt;
-    if (refinement == Refinement::Local && t.all_quads()) {
+    if (refinement == RefinementScope::Local && t.all_quads()) {
         const mesh::Chords chords = mesh::find_chords(t);
         std::vector<char> chosen(std::size_t(chords.count), 0);
         for (const FaceId f : t.faces()) {

@@ -26,6 +26,6 @@ struct NextLevel {
 ///         beyond options.max_vertices
 std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const LevelError& error,
                                              std::vector<FaceHistory> history,
-                                             const FitOptions& options, Refinement refinement);
+                                             const FitOptions& options, RefinementScope refinement);
 
 }  // namespace patchwright::fit

@@ -211,9 +211,9 @@ double angle(const geom::Vec3& a, const geom::Vec3& b) {
 }
 
 /// Measures along edges into one result.
-class EdgeMeasure {
+class EdgeKinks {
   public:
-    EdgeMeasure(const ContinuityOptions& options, patch::Continuity& result)
+    EdgeKinks(const ContinuityOptions& options, patch::Continuity& result)
         : singular_(options.singular_points, std::max(options.singular_distance_mm, 1e-12)),
           has_singular_(options.singular_points.rows() > 0 && options.singular_distance_mm > 0.0),
           samples_(options.samples_per_edge),
@@ -310,7 +310,7 @@ patch::Continuity measure_continuity(const CadModel& model, const geom::Points& 
         }
         const PointGrid creases(crease_points, std::max(1e-6 * box.diagonal(), 1e-12));
         patch::Continuity result;
-        const EdgeMeasure edge_measure(options, result);
+        const EdgeKinks edge_measure(options, result);
         for (const auto& pair : sides) {
             if (pair.size() != 2) continue;
             double first = 0, last = 0;

@@ -50,10 +50,10 @@ std::vector<double> tolerances(const std::vector<double>& gaps, double size, dou
     return result;
 }
 
-class Attempt {
+class SewingPass {
   public:
-    Attempt(const std::vector<TopoDS_Shape>& parts, double tolerance,
-            const base::Progress& progress)
+    SewingPass(const std::vector<TopoDS_Shape>& parts, double tolerance,
+               const base::Progress& progress)
         : sewing_(tolerance) {
         for (const TopoDS_Shape& part : parts) sewing_.Add(part);
         const Handle(KernelProgress) polled = new KernelProgress(progress, "read", 0.6);
@@ -93,7 +93,7 @@ Sewn sew_by_gaps(const std::vector<TopoDS_Shape>& parts, const SewingOptions& op
     Sewn best;
     const auto attempt = [&](double tolerance, bool wholly) {
         base::report_progress(options.progress, "read", 0.6);
-        Attempt tried(parts, tolerance, options.progress);
+        SewingPass tried(parts, tolerance, options.progress);
         if (!tried.sound(faces.Extent())) return;
         if (wholly && tried.sewn().free_edges > 0) return;
         if (!best.shape.IsNull() && tried.sewn().free_edges >= best.free_edges) return;

@@ -1,4 +1,4 @@
-#include "grid/face_surface.h"
+#include "grid/limit_face.h"
 
 #include <patchwright/subd/limit_mask.h>
 
@@ -40,7 +40,7 @@ geom::Vec3 bicubic(const geom::Points& control, double u, double v) {
 
 }  // namespace
 
-FaceSurface::FaceSurface(subd::RingTable& table, const mesh::Cage& cage, mesh::FaceId face) {
+LimitFace::LimitFace(subd::RingTable& table, const mesh::Cage& cage, mesh::FaceId face) {
     const subd::Ring ring = table.ring(*cage.topology, face);
     geom::Points control(Eigen::Index(ring.vertices.size()), 3);
     for (std::size_t k = 0; k < ring.vertices.size(); ++k) {
@@ -49,7 +49,7 @@ FaceSurface::FaceSurface(subd::RingTable& table, const mesh::Cage& cage, mesh::F
     nodes_.push_back(make_node(*ring.kind, std::move(control)));
 }
 
-FaceSurface::Node FaceSurface::make_node(const subd::RingKind& kind, geom::Points control) const {
+LimitFace::Node LimitFace::make_node(const subd::RingKind& kind, geom::Points control) const {
     Node node;
     node.kind = &kind;
     if (kind.is_regular()) {
@@ -60,7 +60,7 @@ FaceSurface::Node FaceSurface::make_node(const subd::RingKind& kind, geom::Point
     return node;
 }
 
-geom::Vec3 FaceSurface::at(double u, double v) {
+geom::Vec3 LimitFace::at(double u, double v) {
     std::size_t n = 0;
     for (int depth = 0;; ++depth) {
         if (nodes_[n].kind->is_regular()) return bicubic(nodes_[n].control, u, v);

@@ -12,10 +12,10 @@ namespace patchwright::grid {
 /// Holds the bicubic pieces that points have been asked for, so that the next one costs a
 /// polynomial. One a thread. Equal points for equal parameters, in whatever order they are asked
 /// for.
-class FaceSurface {
+class LimitFace {
   public:
     /// @pre the face is a quad; table and points outlive this
-    FaceSurface(subd::RingTable& table, const mesh::Cage& cage, mesh::FaceId face);
+    LimitFace(subd::RingTable& table, const mesh::Cage& cage, mesh::FaceId face);
 
     /// @pre 0 <= u, v <= 1
     [[nodiscard]] geom::Vec3 at(double u, double v);
