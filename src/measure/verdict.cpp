@@ -217,15 +217,13 @@ Verdict assess(const VerdictFigures& figures) {
 
 bool better(const Verdict& a, const Verdict& b) {
     const auto rank = [](const Verdict& v) {
-        int missed = 0;
         bool invalid = false;
-        double largest = 1.0;
+        double factors = 1.0;
         for (const Condition& c : v.conditions) {
-            missed += c.met ? 0 : 1;
             invalid = invalid || (!c.met && c.requirement == Requirement::Valid);
-            largest = std::max(largest, excess(c));
+            factors *= excess(c);
         }
-        return std::tuple(invalid, missed, largest, v.deviation_rel.value_or(0.0));
+        return std::tuple(invalid, factors, v.deviation_rel.value_or(0.0));
     };
     return rank(a) < rank(b);
 }

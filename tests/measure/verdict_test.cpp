@@ -148,6 +148,12 @@ TEST_CASE("the better of two results is valid, misses less, is nearer", "[verdic
     CHECK(better(far, farther));
     CHECK(better(far, kinked));
     CHECK(better(farther, kinked));
+    // A fold within a near result weighs less than three times the distance, and more than a tenth.
+    VerdictFigures folded = far, farther_by_a_tenth = good();
+    folded.fold_rad->value = 2.0;
+    farther_by_a_tenth.output_to_input_mm->value = 1.1 * far.output_to_input_mm->value;
+    CHECK(better(folded, farther));
+    CHECK(better(farther_by_a_tenth, folded));
     VerdictFigures nearer = good();
     nearer.input_to_output_mm->value = 0.01;
     CHECK_FALSE(better(good(), nearer));

@@ -104,8 +104,8 @@ Verdict assess(const VerdictFigures& figures);
 /// How much a condition is missed by: value over limit, for counts the count and one; 1 when met.
 double excess(const Condition& condition);
 
-/// Whether `a` is the better result: valid before invalid, then fewer missed conditions, then the
-/// smaller largest excess, then the smaller deviation.
+/// Whether `a` is the better result: valid before invalid, then the smaller product of all
+/// excesses, then the smaller deviation.
 bool better(const Verdict& a, const Verdict& b);
 
 }  // namespace patchwright::measure
