@@ -109,8 +109,6 @@ class AttemptRunner {
         attempt.kind = made.method == cage::Method::Remesh ? CageKind::Remeshed
                        : made.from_faces                   ? CageKind::Blocks
                                                            : CageKind::Sections;
-        // Blocks and remeshed faces have the form they happen to have.
-        if (attempt.kind != CageKind::Sections) attempt.plan.preserve_parametrisation = false;
         attempt.cage = std::move(made.cage);
         attempt.layout = std::move(made.layout);
     }
