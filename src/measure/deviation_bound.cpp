@@ -266,12 +266,16 @@ class Bounding {
             const auto count = std::min<std::int64_t>(parts.end() - open, affordable);
             const std::vector<Part> divided(parts.end() - count, parts.end());
             parts.resize(parts.size() - std::size_t(count));
+            const std::int64_t before = feet_;
             try {
                 const std::vector<Part> made = divide(divided);
                 parts.insert(parts.end(), made.begin(), made.end());
             } catch (const base::TimeLimitReached&) {
                 return largest;
             }
+            // Nothing new lies between corners that are next to each other as numbers, as where a
+            // surface jumps.
+            if (feet_ == before) return largest;
         }
     }
 
