@@ -109,6 +109,8 @@ class AttemptRunner {
         attempt.kind = made.method == cage::Method::Remesh ? CageKind::Remeshed
                        : made.from_faces                   ? CageKind::Blocks
                                                            : CageKind::Sections;
+        // Paired triangles have no form worth keeping.
+        if (attempt.kind == CageKind::Remeshed) attempt.plan.preserve_parametrisation = false;
         attempt.cage = std::move(made.cage);
         attempt.layout = std::move(made.layout);
     }

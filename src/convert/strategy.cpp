@@ -89,7 +89,7 @@ std::vector<geom::Vec3> places_that_miss(const Attempt& attempt, const ConvertOp
 /// A remeshed cage with shorter edges around the places that miss; nothing when there are none.
 std::optional<AttemptPlan> finer_remeshed(const Attempt& last, const ConvertOptions& options,
                                           double diagonal) {
-    AttemptPlan plan{.cage = last.plan.cage};
+    AttemptPlan plan{.cage = last.plan.cage, .preserve_parametrisation = false};
     plan.cage.method = cage::Method::Remesh;
     const auto places = places_that_miss(last, options, diagonal);
     if (places.empty()) return std::nullopt;
@@ -133,7 +133,7 @@ std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
     const Attempt& best = best_of_last_cage(attempts);
     AttemptPlan finer{.cage = last.plan.cage};
     finer.cage.fineness *= 2.0;
-    AttemptPlan remeshed{.cage = last.plan.cage};
+    AttemptPlan remeshed{.cage = last.plan.cage, .preserve_parametrisation = false};
     remeshed.cage.method = cage::Method::Remesh;
     remeshed.cage.fineness = 1.0;
     const bool may_remesh = options.method == cage::Method::Auto;
