@@ -150,11 +150,14 @@ void add_deviation(measure::VerdictFigures& figures, const report::DeviationFigu
 
 void add_fit(measure::VerdictFigures& figures, const report::FitFigures& fit) {
     const fit::FitLevel& best = fit.levels[std::size_t(fit.best_level)];
-    const auto raise = [](std::optional<measure::Worst>& worst, double value) {
-        if (!worst || value > worst->value) worst = measure::Worst{value, std::nullopt};
+    const auto raise = [](std::optional<measure::Worst>& worst, double value,
+                          const geom::Vec3& at) {
+        if (!worst || value > worst->value)
+            worst = {value, value > 0.0 ? std::optional(at) : std::nullopt};
     };
-    raise(figures.output_to_input_mm, std::max(best.max_mm, best.curve_max_mm));
-    raise(figures.input_to_output_mm, best.reverse_max_mm);
+    raise(figures.output_to_input_mm, best.max_mm, best.max_at);
+    raise(figures.output_to_input_mm, best.curve_max_mm, best.curve_max_at);
+    raise(figures.input_to_output_mm, best.reverse_max_mm, best.reverse_max_at);
 }
 
 }  // namespace patchwright::convert

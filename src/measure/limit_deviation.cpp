@@ -23,6 +23,7 @@ void measure_surface(const mesh::Cage& cage, const geom::ReferenceSurface& refer
     std::vector<SiteError> of_site(sites.size());
     limit_operator.visit_sites(
         cage.points, [&](std::size_t begin, std::size_t end, auto offset, auto) {
+            const geom::Points limit = offset;
             // From limit points to their foot points.
             base::parallel_for(
                 std::size_t(offset.rows()), 64, [&](std::size_t first, std::size_t last) {
@@ -37,7 +38,8 @@ void measure_surface(const mesh::Cage& cage, const geom::ReferenceSurface& refer
                 const auto at = [&](int i, int j) { return offset.row(first + i * (n + 1) + j); };
                 for (int i = 0; i <= n; ++i) {
                     for (int j = 0; j <= n; ++j) {
-                        site.surface.add(at(i, j).norm());
+                        site.surface.add(at(i, j).norm(),
+                                         limit.row(first + i * (n + 1) + j).transpose());
                         if (i < n) site.change_u += (at(i + 1, j) - at(i, j)).squaredNorm();
                         if (j < n) site.change_v += (at(i, j + 1) - at(i, j)).squaredNorm();
                     }
@@ -58,9 +60,10 @@ void measure_reverse(const mesh::Cage& cage, const std::vector<geom::Vec3>& poin
                      const LimitDeviationOptions& options, LimitDeviation& error) {
     if (points.empty()) return;
     const auto sites = face_sites(*cage.topology);
-    for (const NearLimit& near :
-         LimitSearch(cage.topology).nearest(cage.points, points, options.progress)) {
-        error.reverse.add(near.distance);
+    const auto all = LimitSearch(cage.topology).nearest(cage.points, points, options.progress);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const NearLimit& near = all[i];
+        error.reverse.add(near.distance, points[i]);
         FaceDeviation& face = error.faces[sites[std::size_t(near.site)].face.index()];
         if (near.distance > options.far_mm) {
             face.beyond.extend(Eigen::Vector2d(near.u, near.v));

@@ -16,17 +16,23 @@ namespace patchwright::measure {
 struct Distances {
     double sum_of_squares = 0.0;  ///< mm^2
     double max = 0.0;             ///< mm
+    geom::Vec3 max_at = geom::Vec3::Zero();
     std::int64_t count = 0;
 
-    void add(double distance) {
+    void add(double distance, const geom::Vec3& at) {
         sum_of_squares += distance * distance;
-        max = std::max(max, distance);
+        raise(distance, at);
         ++count;
     }
     void add(const Distances& others) {
         sum_of_squares += others.sum_of_squares;
-        max = std::max(max, others.max);
+        raise(others.max, others.max_at);
         count += others.count;
+    }
+    void raise(double distance, const geom::Vec3& at) {
+        if (distance <= max) return;
+        max = distance;
+        max_at = at;
     }
     [[nodiscard]] double rms() const {
         return count > 0 ? std::sqrt(sum_of_squares / double(count)) : 0.0;

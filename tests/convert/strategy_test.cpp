@@ -71,7 +71,9 @@ TEST_CASE("figures of the check and of the fit both count", "[convert]") {
     CHECK(missed(a) == Requirement::DistanceToInput);
     a = good;
     a.fit.levels.back().reverse_max_mm = 1.1 * tolerance;
+    a.fit.levels.back().reverse_max_at = geom::Vec3(4, 5, 6);
     CHECK(missed(a) == Requirement::DistanceFromInput);
+    CHECK(*convert::assess(a, solid(), tolerance).worst()->at == geom::Vec3(4, 5, 6));
 }
 
 TEST_CASE("every figure of a shape has its condition", "[convert]") {

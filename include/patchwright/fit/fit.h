@@ -84,6 +84,8 @@ struct FitLevel {
     double max_mm = 0.0;          ///< of limit points from the reference
     double reverse_max_mm = 0.0;  ///< of points of the reference from the limit surface
     double curve_max_mm = 0.0;    ///< of chains from the feature curves that they belong to
+    /// Where those largest ones are; undefined where they are zero.
+    geom::Vec3 max_at = geom::Vec3::Zero(), reverse_max_at = max_at, curve_max_at = max_at;
     int chains_on_features = 0;
     double seconds = 0.0;
 

@@ -50,8 +50,11 @@ void measure_level(Level& level, const LevelFit& fitted, const geom::ReferenceSu
     figures.samples = static_cast<int>(level.error.surface.count);
     figures.rms_mm = level.error.surface.rms();
     figures.max_mm = level.error.surface.max;
+    figures.max_at = level.error.surface.max_at;
     figures.reverse_max_mm = level.error.reverse.max;
+    figures.reverse_max_at = level.error.reverse.max_at;
     figures.curve_max_mm = level.error.curves.max;
+    figures.curve_max_at = level.error.curves.max_at;
 }
 
 std::vector<geom::Vec3> reverse_points(const geom::ReferenceSurface& reference, int count) {

@@ -37,6 +37,12 @@ const FitLevel& level_of(const FitResult& part, std::size_t level, std::size_t c
     return part.levels[level + 1 == count ? std::size_t(part.best_level) : std::min(level, last)];
 }
 
+void raise(double& max, geom::Vec3& at, double value, const geom::Vec3& place) {
+    if (value <= max) return;
+    max = value;
+    at = place;
+}
+
 FitLevel sum_of(const std::vector<PartFit>& parts, std::size_t level, std::size_t count) {
     FitLevel sum;
     double squares = 0.0;
@@ -47,9 +53,9 @@ FitLevel sum_of(const std::vector<PartFit>& parts, std::size_t level, std::size_
         sum.samples += one.samples;
         sum.local = sum.local || one.local;
         squares += double(one.samples) * one.rms_mm * one.rms_mm;
-        sum.max_mm = std::max(sum.max_mm, one.max_mm);
-        sum.reverse_max_mm = std::max(sum.reverse_max_mm, one.reverse_max_mm);
-        sum.curve_max_mm = std::max(sum.curve_max_mm, one.curve_max_mm);
+        raise(sum.max_mm, sum.max_at, one.max_mm, one.max_at);
+        raise(sum.reverse_max_mm, sum.reverse_max_at, one.reverse_max_mm, one.reverse_max_at);
+        raise(sum.curve_max_mm, sum.curve_max_at, one.curve_max_mm, one.curve_max_at);
         sum.chains_on_features += one.chains_on_features;
         if (level >= part.result.levels.size()) continue;
         const FitLevel& worked = part.result.levels[level];

@@ -38,7 +38,7 @@ void measure_curves(const mesh::Cage& cage, const LevelFit& fitted,
         double& side = sites[s].set % 2 == 0 ? face.curve_u : face.curve_v;
         for (auto i = std::size_t(limit_operator.site_rows()[s]);
              i < std::size_t(limit_operator.site_rows()[s + 1]); ++i) {
-            error.curves.add(distance[i]);
+            error.curves.add(distance[i], limit.row(Eigen::Index(i)).transpose());
             side = std::max(side, distance[i]);
         }
     }

@@ -31,7 +31,7 @@ bool Projection::is_nearly_inverted(Eigen::Index i) const {
 
 void Projection::sum_up() {
     for (Eigen::Index i = 0; i < limit.rows(); ++i)
-        distances.add((limit.row(i) - target.row(i)).norm());
+        distances.add((limit.row(i) - target.row(i)).norm(), limit.row(i).transpose());
 }
 
 geom::FootPoint oriented_foot_point(const geom::ReferenceSurface& reference,
