@@ -82,6 +82,7 @@ class Divided final : public test::Box {
         geom::FeatureCurve across;
         across.kind = geom::FeatureKind::Smooth;
         across.length = 2.0;
+        across.greatest_angle_rad = 0.2;
         across.start = Vec3(0, -1, 1);
         across.end = Vec3(0, 1, 1);
         features_.curves.push_back(across);

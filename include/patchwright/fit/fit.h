@@ -117,7 +117,10 @@ struct FitResult {
 /// points of the reference stay beyond the tolerance, samples near them get them as targets; they
 /// count in FitLevel::largest. Steps that would invert faces are made again with these stiffened.
 /// Crease and boundary control points are solved first, for their own curves, and then held;
-/// creases follow smooth edges of the reference where no sharp ones are as near.
+/// creases follow smooth edges of the reference where no sharp ones are as near and these are not
+/// quite smooth somewhere. Chains keep the order along their curves, however near those come to
+/// themselves; a cage whose chains belong farther away than their edges are long is moved there as
+/// a whole first.
 /// A crease that ends within the surface ends where its curve does, within the tolerance, if the
 /// curve's end is as near as the crease's last edge is long.
 /// Pinned control points do not move. Points at tagged sectors are settled after each level (see

@@ -1,6 +1,7 @@
 #include "fit/loop/facing.h"
 #include "fit/loop/given.h"
 #include "fit/loop/measure.h"
+#include "fit/loop/placement.h"
 #include "fit/loop/refinement.h"
 
 #include <patchwright/base/error.h>
@@ -98,7 +99,7 @@ class LevelLoop {
         : reference_(reference),
           options_(options),
           points_(reverse_points(reference, options.reverse_samples)),
-          now_{.cage = cage} {}
+          now_{.cage = placed(cage, reference, options)} {}
 
     FitResult run() && {
         try {

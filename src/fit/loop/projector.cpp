@@ -59,6 +59,19 @@ Projector::Projector(const mesh::Cage& given, const geom::ReferenceSurface& refe
              darts_.after_curves(curves_.sites)),
       given_normals_(surface_.normals(given.points)) {
     surface_.apply(given.points, given_limit_);
+    const int n = options.solver.samples_per_edge;
+    for (std::size_t c = 0; c < curves_.chains.size(); ++c) {
+        const FeaturePath& path = match_.paths[c];
+        if (path.empty()) continue;
+        const EdgeChain& chain = curves_.chains[c];
+        alignments_.push_back(
+            {PathAlignment(reference_, path, chain.closed, chain.sites.size() * std::size_t(n)),
+             {}});
+        for (const auto& [site, backwards] : chain.sites)
+            for (int k = 0; k < n; ++k)
+                alignments_.back().rows.push_back(curve_.site_rows()[std::size_t(site)] +
+                                                  (backwards ? n - 1 - k : k));
+    }
 }
 
 template <class Body>
@@ -75,15 +88,27 @@ Projection Projector::project_curves(const Points& points) const {
     Projection p(curve_, points);
     p.of_curves = true;
     p.normals.resize(p.limit.rows(), 3);
+    std::vector<geom::FeaturePoint> on_path(std::size_t(p.limit.rows()));
+    in_batches(alignments_.size(), 1, [&](std::size_t first, std::size_t end) {
+        for (std::size_t c = first; c < end; ++c) {
+            geom::Polyline chain;
+            for (const auto row : alignments_[c].rows)
+                chain.emplace_back(p.limit.row(row).transpose());
+            const auto targets = alignments_[c].alignment.targets(chain);
+            for (std::size_t i = 0; i < targets.size(); ++i)
+                on_path[std::size_t(alignments_[c].rows[i])] = targets[i];
+        }
+    });
     in_batches(curves_.sites.size(), 16, [&](std::size_t first, std::size_t end) {
-        for (std::size_t site = first; site < end; ++site) project_curve_site(site, p);
+        for (std::size_t site = first; site < end; ++site) project_curve_site(site, on_path, p);
     });
     darts_.project(curve_, p);
     p.sum_up();
     return p;
 }
 
-void Projector::project_curve_site(std::size_t site, Projection& p) const {
+void Projector::project_curve_site(std::size_t site, const std::vector<geom::FeaturePoint>& on_path,
+                                   Projection& p) const {
     const auto& rows = curve_.site_rows();
     const FeaturePath& path = match_.paths[std::size_t(curves_.chain_of_site[site])];
     for (auto row = rows[site]; row < rows[site + 1]; ++row) {
@@ -96,7 +121,7 @@ void Projector::project_curve_site(std::size_t site, Projection& p) const {
         if (path.empty()) {
             p.target.row(row) = reference_.foot_point(at).point.transpose();
         } else {
-            const auto feature = nearest_on_path(reference_, path, at);
+            const geom::FeaturePoint& feature = on_path[std::size_t(row)];
             p.target.row(row) = feature.point.transpose();
             set_direction(p, row, feature.tangent, false);
         }

@@ -3,6 +3,7 @@
 
 #include "fit/loop/projection.h"
 #include "fit/match/dart_samples.h"
+#include "fit/match/path_alignment.h"
 #include "measure/limit_search.h"
 
 #include <functional>
@@ -56,7 +57,15 @@ class Projector {
     [[nodiscard]] bool is_inverted_when_given(std::int32_t first, std::int32_t end) const;
 
   private:
-    void project_curve_site(std::size_t site, Projection& p) const;
+    /// A chain's path and the rows of its samples, in their order along it.
+    struct AlignedChain {
+        PathAlignment alignment;
+        std::vector<Eigen::Index> rows;
+    };
+
+    /// @param on_path  by row, for those of chains with a path
+    void project_curve_site(std::size_t site, const std::vector<geom::FeaturePoint>& on_path,
+                            Projection& p) const;
     void add_reverse_targets(const geom::Points& points, Projection& p) const;
     /// @param along  whether the residual should lie along the direction, else across it
     void set_direction(Projection& p, Eigen::Index row, const geom::Vec3& direction,
@@ -75,6 +84,7 @@ class Projector {
     FeatureMatch match_;
     DartSamples darts_;
     subd::LimitOperator surface_, curve_;
+    std::vector<AlignedChain> alignments_;
     geom::Points given_limit_, given_normals_;  // of the samples of surface_
     std::optional<measure::LimitSearch> search_;
     std::vector<geom::Vec3> reverse_targets_;

@@ -7,9 +7,7 @@
 #include <patchwright/geom/curve_ends.h>
 
 #include <array>
-#include <limits>
 #include <optional>
-#include <utility>
 #include <vector>
 
 namespace patchwright::fit {
@@ -34,6 +32,10 @@ struct LooseEnd {
     bool dart = false;  ///< ends within the surface
 };
 
+/// Factor of the distance of a chain to curves of another kind; infinite where it may not follow
+/// them.
+double kind_mismatch_penalty(geom::FeatureKind chain, geom::FeatureKind curve);
+
 /// Finds paths along curves for chains of one kind.
 class ChainMatcher {
   public:
@@ -54,16 +56,6 @@ class ChainMatcher {
     [[nodiscard]] double distance(int curve, const Polyline& line) const;
 
   private:
-    struct ScoredPath {
-        FeaturePath path;
-        double score = std::numeric_limits<double>::infinity();
-    };
-    struct Link {
-        int to;
-        FeaturePiece piece;
-        double penalty;  ///< see kind_mismatch_penalty()
-    };
-
     /// The chain goes where its ends go.
     static void move_ends(Polyline& line, std::array<int, 2> ends,
                           const std::array<Stop, 2>& stops);
@@ -71,21 +63,10 @@ class ChainMatcher {
     /// The nearest place where a curve begins or ends, but for corners, as where a smooth edge
     /// begins at a sharp rim; for darts also corners where one ends within the surface.
     [[nodiscard]] std::optional<Stop> nearest_end(const LooseEnd& end) const;
-    /// The path whose sections between these shares of the chain are the best for each.
-    [[nodiscard]] ScoredPath scored_path(const Polyline& line, const std::vector<double>& shares,
-                                         const std::array<Stop, 2>& ends) const;
-    /// From a piece to the chain.
-    [[nodiscard]] double mean_distance(const FeaturePiece& piece, const Polyline& line) const;
-    /// From the chain to a path.
-    [[nodiscard]] double mean_distance_to(const FeaturePath& path, const Polyline& line) const;
+    /// Whether it has an edge of the chain's kind, or one that is not quite smooth.
+    [[nodiscard]] bool is_bent(const FeaturePath& path) const;
     /// Added to distances so that of two paths at distance zero the shorter one costs less.
     [[nodiscard]] double length_cost() const;
-    /// The pieces of all curves of the kind between corners and these two stops, which are nodes
-    /// 0 and 1; place p of CurveEnds is node p + 2. A stop may lie on several curves.
-    [[nodiscard]] std::vector<std::vector<Link>> links(const Stop& from, const Stop& to) const;
-    /// The way along curves whose distance from the chain, summed along the way, is least.
-    [[nodiscard]] std::optional<FeaturePath> shortest_path(const Polyline& line, const Stop& from,
-                                                           const Stop& to) const;
 
     const geom::ReferenceSurface& reference_;
     const geom::Features& features_;

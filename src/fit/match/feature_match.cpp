@@ -46,6 +46,7 @@ void assign_parallel_curves(const std::vector<EdgeChain>& chains,
             groups[{std::minmax(corners[i][0], corners[i][1]), feature_kind(chains[i])}].push_back(
                 i);
     for (const auto& [key, group] : groups) {
+        if (key.first.first == key.first.second) continue;  // loops have their way already
         std::set<int> taken;
         for (const std::size_t i : group) taken.insert(paths[i].front().curve);
         if (taken.size() == group.size()) continue;
@@ -65,8 +66,10 @@ void assign_parallel_curves(const std::vector<EdgeChain>& chains,
         const auto assigned = assign(cost, Eigen::VectorXd::Constant(cost.rows(), unassigned));
         for (std::size_t i = 0; i < group.size(); ++i) {
             if (assigned[i] < 0) continue;
-            const int curve = curves[std::size_t(assigned[i])];
-            paths[group[i]] = {{curve, {0.0, features.curves[std::size_t(curve)].length}}};
+            const int number = curves[std::size_t(assigned[i])];
+            const geom::FeatureCurve& curve = features.curves[std::size_t(number)];
+            const bool reversed = curve.start_corner != corners[group[i]][0];
+            paths[group[i]] = {{number, {0.0, curve.length}, reversed}};
         }
     }
 }

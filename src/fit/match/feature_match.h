@@ -14,6 +14,7 @@ namespace patchwright::fit {
 struct FeaturePiece {
     int curve = -1;
     geom::ArcRange range;
+    bool reversed = false;  ///< the chain runs from range.to to range.from
 };
 using FeaturePath = std::vector<FeaturePiece>;
 

@@ -1,0 +1,294 @@
+#include "fit/match/curve_walk.h"
+
+#include <algorithm>
+#include <cmath>
+#include <queue>
+#include <tuple>
+#include <unordered_map>
+
+namespace patchwright::fit {
+
+using geom::Vec3;
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+// A curve has not more steps, however short the chain is.
+constexpr int max_steps = 4096;
+// A closed walk may begin on curves this much farther from the chain's first point than the nearest
+// one, as on both sides of a fillet that the chain runs along.
+constexpr double start_ratio = 3.0;
+// The greatest penalty of a kind, times two: for the chain's points and for the steps.
+constexpr double max_cost_rel = 6.0;
+
+double distance_to_edge(const Vec3& a, const Vec3& b, const Vec3& q) {
+    const Vec3 along = b - a;
+    const double square = along.squaredNorm();
+    const double t = square > 0.0 ? std::clamp((q - a).dot(along) / square, 0.0, 1.0) : 0.0;
+    return (a + t * along - q).norm();
+}
+
+}  // namespace
+
+CurveWalk::CurveWalk(const geom::ReferenceSurface& reference, const geom::CurveEnds& curve_ends,
+                     const WalkOptions& options, const Polyline& line)
+    : reference_(reference),
+      features_(reference.features()),
+      curve_ends_(curve_ends),
+      options_(options),
+      line_(line),
+      share_(line.size(), 0.0) {
+    for (std::size_t i = 1; i < line.size(); ++i) {
+        const double half = 0.5 * (line[i] - line[i - 1]).norm();
+        share_[i - 1] += half;
+        share_[i] += half;
+    }
+    divide();
+}
+
+void CurveWalk::divide() {
+    const double step = geom::length_of(line_) / double(line_.size() - 1);
+    for (std::size_t c = 0; c < features_.curves.size(); ++c) {
+        const geom::FeatureCurve& curve = features_.curves[c];
+        Steps steps{.penalty = kind_mismatch_penalty(options_.kind, curve.kind)};
+        if (std::isfinite(steps.penalty)) {
+            const double wanted = std::ceil(curve.length / step);
+            const int count = int(std::clamp(wanted, 2.0, double(max_steps)));
+            for (int k = 0; k <= count; ++k) steps.arc.push_back(curve.length * k / count);
+            steps.junction.assign(steps.arc.size(), -1);
+            const auto [start, end] = curve_ends_.places[c];
+            if (start >= 0) steps.junction.front() = start + 2;
+            if (end >= 0) steps.junction.back() = end + 2;
+        }
+        curves_.push_back(std::move(steps));
+    }
+}
+
+void CurveWalk::add_stop(const Stop& stop, int junction) {
+    if (stop.corner >= 0) return;
+    for (std::size_t c = 0; c < curves_.size(); ++c) {
+        Steps& steps = curves_[c];
+        if (steps.arc.empty()) continue;
+        const auto here = reference_.nearest_on_curve(int(c), stop.point);
+        if (here.distance > options_.coincidence_mm) continue;
+        const auto at = std::lower_bound(steps.arc.begin(), steps.arc.end(), here.arc_length);
+        const auto k = std::clamp<std::ptrdiff_t>(at - steps.arc.begin(), 1,
+                                                  std::ptrdiff_t(steps.arc.size()) - 1);
+        steps.arc.insert(steps.arc.begin() + k, here.arc_length);
+        steps.junction.insert(steps.junction.begin() + k, junction);
+    }
+}
+
+void CurveWalk::join() {
+    curve_of_.clear();
+    leaving_.assign(curve_ends_.points.size() + 2, {});
+    for (std::size_t c = 0; c < curves_.size(); ++c) {
+        Steps& steps = curves_[c];
+        steps.first = 2 * int(curve_of_.size());
+        if (steps.arc.empty()) continue;
+        steps.point.assign(steps.arc.size(), std::nullopt);
+        const int count = int(steps.arc.size()) - 1;
+        curve_of_.insert(curve_of_.end(), std::size_t(count), int(c));
+        for (int k = 0; k <= count; ++k) {
+            const int junction = steps.junction[std::size_t(k)];
+            if (junction < 0) continue;
+            auto& leaving = leaving_[std::size_t(junction)];
+            if (k < count) leaving.push_back(number({int(c), k, false}));
+            if (k > 0) leaving.push_back(number({int(c), k - 1, true}));
+        }
+    }
+}
+
+CurveWalk::Move CurveWalk::move(int number) const {
+    const int curve = curve_of_[std::size_t(number / 2)];
+    return {curve, (number - curves_[std::size_t(curve)].first) / 2, number % 2 != 0};
+}
+
+int CurveWalk::number(const Move& m) const {
+    return curves_[std::size_t(m.curve)].first + 2 * m.step + (m.reversed ? 1 : 0);
+}
+
+double CurveWalk::length_of(const Move& m) const {
+    const Steps& steps = curves_[std::size_t(m.curve)];
+    return steps.arc[std::size_t(m.step) + 1] - steps.arc[std::size_t(m.step)];
+}
+
+const Vec3& CurveWalk::point(int curve, int k) {
+    Steps& steps = curves_[std::size_t(curve)];
+    std::optional<Vec3>& p = steps.point[std::size_t(k)];
+    if (!p) p = reference_.point_on_curve(curve, steps.arc[std::size_t(k)]).point;
+    return *p;
+}
+
+std::vector<int> CurveWalk::moves_after(int number) const {
+    const Move m = move(number);
+    const Steps& steps = curves_[std::size_t(m.curve)];
+    const int end = end_of(m), last = int(steps.arc.size()) - 1;
+    const int junction = steps.junction[std::size_t(end)];
+    if (junction < 0) {
+        const int next = m.reversed ? (m.step + last - 1) % last : (m.step + 1) % last;
+        return {this->number({m.curve, next, m.reversed})};
+    }
+    std::vector<int> moves;
+    for (const int next : leaving_[std::size_t(junction)])
+        if (next != (number ^ 1)) moves.push_back(next);
+    return moves;
+}
+
+double CurveWalk::distance_to_move(int number, const Vec3& q) {
+    const Move m = move(number);
+    const Vec3 start = point(m.curve, m.step);
+    return distance_to_edge(start, point(m.curve, m.step + 1), q);
+}
+
+double CurveWalk::point_cost(std::size_t i, int number) {
+    const double penalty = curves_[std::size_t(move(number).curve)].penalty;
+    return penalty * share_[i] * distance_to_move(number, line_[i]);
+}
+
+double CurveWalk::step_cost(std::size_t i, int from, int to) {
+    const Move a = move(from), b = move(to);
+    const Vec3& joint = point(a.curve, end_of(a));
+    const double distance =
+        distance_to_edge(line_[i], line_[std::min(i + 1, line_.size() - 1)], joint);
+    const auto half = [&](const Move& m) {
+        return 0.5 * curves_[std::size_t(m.curve)].penalty * length_of(m);
+    };
+    return (half(a) + half(b)) * (distance + options_.length_cost_mm);
+}
+
+CurveWalk::Walk CurveWalk::cheapest(const std::vector<int>& first, const std::vector<int>& last,
+                                    double limit) {
+    struct Visit {
+        double cost = infinity;
+        std::int64_t before = -1;
+    };
+    // A state is a point of the chain and the move beside it.
+    const auto moves = std::int64_t(2 * curve_of_.size());
+    std::unordered_map<std::int64_t, Visit> visits;
+    using Entry = std::pair<double, std::int64_t>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+    const auto reach = [&](std::int64_t state, double cost, std::int64_t before) {
+        if (!(cost < limit)) return;
+        Visit& visit = visits[state];
+        if (cost >= visit.cost) return;
+        visit = {cost, before};
+        open.emplace(cost, state);
+    };
+    for (const int m : first) reach(m, point_cost(0, m), -1);
+    Walk walk;
+    const std::size_t goal = line_.size() - 1;
+    std::int64_t state = -1;
+    while (!open.empty()) {
+        double cost = 0.0;
+        std::tie(cost, state) = open.top();
+        open.pop();
+        if (cost > visits[state].cost) continue;
+        const auto i = std::size_t(state / moves);
+        const int m = int(state % moves);
+        if (i == goal && std::find(last.begin(), last.end(), m) != last.end()) {
+            walk.cost = cost;
+            break;
+        }
+        if (i < goal) reach(state + moves, cost + point_cost(i + 1, m), state);
+        for (const int next : moves_after(m))
+            reach(state - m + next, cost + step_cost(i, m, next), state);
+    }
+    if (std::isinf(walk.cost)) return walk;
+    for (; state >= 0; state = visits[state].before) {
+        const auto i = std::size_t(state / moves);
+        const int m = int(state % moves);
+        if (walk.moves.empty() || walk.moves.back() != m) walk.moves.push_back(m);
+        const std::int64_t before = visits[state].before;
+        if (before < 0 || std::size_t(before / moves) != i)
+            walk.mean_distance += distance_to_move(m, line_[i]) / double(line_.size());
+    }
+    std::reverse(walk.moves.begin(), walk.moves.end());
+    return walk;
+}
+
+std::vector<int> CurveWalk::first_moves() {
+    const Vec3& q = line_.front();
+    std::vector<double> far(curves_.size(), infinity);
+    double nearest = infinity;
+    for (std::size_t c = 0; c < curves_.size(); ++c) {
+        if (curves_[c].arc.empty()) continue;
+        far[c] = curves_[c].penalty * reference_.nearest_on_curve(int(c), q).distance;
+        nearest = std::min(nearest, far[c]);
+    }
+    const double most = start_ratio * (nearest + options_.length_cost_mm);
+    std::vector<int> moves;
+    for (std::size_t c = 0; c < curves_.size(); ++c) {
+        if (!(far[c] <= most)) continue;
+        const int count = int(curves_[c].arc.size()) - 1;
+        std::vector<double> distance;
+        for (int k = 0; k < count; ++k)
+            distance.push_back(curves_[c].penalty *
+                               distance_to_move(number({int(c), k, false}), q));
+        for (int k = 0; k < count; ++k) {
+            const double d = distance[std::size_t(k)];
+            const double before = distance[std::size_t((k + count - 1) % count)];
+            const double after = distance[std::size_t((k + 1) % count)];
+            if (d > before || d > after || d > most + options_.length_cost_mm) continue;
+            moves.push_back(number({int(c), k, false}));
+            moves.push_back(number({int(c), k, true}));
+        }
+    }
+    return moves;
+}
+
+FeaturePath CurveWalk::between(const std::array<Stop, 2>& stops) {
+    std::array<int, 2> junctions{0, 1};
+    for (std::size_t k = 0; k < 2; ++k) {
+        if (stops[k].corner >= 0) junctions[k] = stops[k].corner + 2;
+        add_stop(stops[k], int(k));
+    }
+    join();
+    std::vector<int> last;
+    for (const int m : leaving_[std::size_t(junctions[1])]) last.push_back(m ^ 1);
+    const double limit = max_cost_rel * options_.reach_mm * geom::length_of(line_);
+    const Walk walk = cheapest(leaving_[std::size_t(junctions[0])], last, limit);
+    mean_distance_ = walk.mean_distance;
+    return path_of(walk.moves);
+}
+
+FeaturePath CurveWalk::round() {
+    join();
+    Walk best;
+    double limit = max_cost_rel * options_.reach_mm * geom::length_of(line_);
+    for (const int first : first_moves()) {
+        Walk walk = cheapest({first}, {first}, limit);
+        if (walk.moves.size() < 3) continue;
+        limit = walk.cost;
+        best = std::move(walk);
+    }
+    if (best.moves.empty()) return {};
+    best.moves.pop_back();  // the first one again
+    mean_distance_ = best.mean_distance;
+    return path_of(best.moves);
+}
+
+FeaturePath CurveWalk::path_of(const std::vector<int>& moves) const {
+    FeaturePath path;
+    for (const int n : moves) {
+        const Move m = move(n);
+        const Steps& steps = curves_[std::size_t(m.curve)];
+        const bool goes_on =
+            !path.empty() && path.back().curve == m.curve && path.back().reversed == m.reversed;
+        // Across the start of a closed curve that has no corner there, too.
+        if (goes_on && m.reversed)
+            path.back().range.from -= length_of(m);
+        else if (goes_on)
+            path.back().range.to += length_of(m);
+        else
+            path.push_back({m.curve,
+                            {steps.arc[std::size_t(m.step)], steps.arc[std::size_t(m.step) + 1]},
+                            m.reversed});
+    }
+    path.erase(std::remove_if(path.begin(), path.end(),
+                              [](const FeaturePiece& p) { return !(p.range.to > p.range.from); }),
+               path.end());
+    return path;
+}
+
+}  // namespace patchwright::fit
