@@ -25,6 +25,12 @@ constexpr double shortest = 1e-6;
 // Rounds in which steps are evened out as well; then they are only shortened.
 constexpr int evening_repairs = 60;
 constexpr int most_repairs = 300;
+/// A direction within 2.6 degrees of every normal beside it needs no more turning.
+constexpr double sees_all = 0.999;
+/// A repaired step is shorter than the one that failed, follows the mean of its neighbours, and
+/// must see its faces at least so well as the best direction does (layers_test.cpp, thick layers).
+constexpr double shorter_step = 0.85, shorter_best = 0.8, share_of_neighbours = 0.3;
+constexpr double least_sight = 0.3;
 
 template <class F>
 void for_points(std::size_t count, const F& f) {
@@ -121,7 +127,7 @@ class Marcher {
                     worst = m;
                 }
             }
-            if (least > 0.999) break;
+            if (least > sees_all) break;
             n = in_plane(p, n + weight * worst).normalized();
         }
         return n;
@@ -220,16 +226,18 @@ class Marcher {
                 other_[p] = steps_[p];
                 if (!near) return;
                 if (round >= evening_repairs) {
-                    other_[p] =
-                        std::max(0.8 * steps_[p].norm(), shortest_mm) * best_direction(from, p);
+                    other_[p] = std::max(shorter_best * steps_[p].norm(), shortest_mm) *
+                                best_direction(from, p);
                     return;
                 }
-                other_[p] = 0.85 * in_plane(p, 0.7 * steps_[p] + 0.3 * mean_around(steps_, p));
+                other_[p] =
+                    shorter_step * in_plane(p, (1.0 - share_of_neighbours) * steps_[p] +
+                                                   share_of_neighbours * mean_around(steps_, p));
                 const Vec3 best = best_direction(from, p);
                 const double length = other_[p].norm();
                 if (length == 0.0 ||
-                    sight(from, p, other_[p] / length) < 0.3 * sight(from, p, best)) {
-                    other_[p] = 0.85 * steps_[p].norm() * best;
+                    sight(from, p, other_[p] / length) < least_sight * sight(from, p, best)) {
+                    other_[p] = shorter_step * steps_[p].norm() * best;
                 }
             });
             std::swap(steps_, other_);

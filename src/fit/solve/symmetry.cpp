@@ -25,6 +25,8 @@ constexpr double right_angle = 0.0087;
 constexpr double on_plane_rel = 1e-5, on_plane_of_tolerance = 0.1;
 // Normals are taken this share of the diagonal inside of the plane, where foot points are unique.
 constexpr double inward_rel = 1e-4;
+/// Such a point's foot is off by no more than this share of its way when the surface goes on.
+constexpr double foot_share = 0.1;
 
 class PlaneSearch {
   public:
@@ -51,7 +53,7 @@ class PlaneSearch {
         bool right = true;
         visit(path, [&](const Vec3& p) {
             const auto foot = reference_.foot_point(p + inward * Vec3::Unit(axis));
-            right = right && foot.distance < 0.1 * std::abs(inward) &&
+            right = right && foot.distance < foot_share * std::abs(inward) &&
                     std::abs(foot.normal[axis]) <= right_angle;
         });
         return right;

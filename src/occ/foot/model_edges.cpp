@@ -219,10 +219,12 @@ Vec3 ModelEdge::tangent(double t) const {
     gp_Vec d;
     curve->D1(t, p, d);
     // A cusp of the parametrisation has a direction all the same: that of the chord beside it.
-    const double off = (t < 0.5 * (first + last) ? 1e-4 : -1e-4) * (last - first);
+    constexpr double beside = 1e-4;       // of the edge's range
+    constexpr double least_speed = 1e-3;  // of the chord's, below which a derivative is rounding
+    const double off = (t < 0.5 * (first + last) ? beside : -beside) * (last - first);
     const Vec3 chord = (at(t + off) - vec(p)) * (off > 0.0 ? 1.0 : -1.0);
     const Vec3 derivative = vec(d);
-    const bool usable = derivative.norm() * std::abs(off) > 1e-3 * chord.norm();
+    const bool usable = derivative.norm() * std::abs(off) > least_speed * chord.norm();
     return (usable ? derivative : chord).normalized();
 }
 

@@ -26,6 +26,8 @@ namespace {
 // Of the size: faces nearer to each other than this are one.
 constexpr double coincident_rel = 1e-6;
 constexpr double same_area = 1e-5;
+/// The centroid of a large face is known to fewer digits than the size has.
+constexpr double centroid_reaches = 10.0;
 
 struct Measures {
     TopoDS_Face face;
@@ -80,8 +82,7 @@ bool lies_on(const std::vector<Vec3>& points, const TopoDS_Face& face, double to
 bool same_place(const Measures& a, const Measures& b, double size) {
     if (std::abs(a.area - b.area) > same_area * std::max(a.area, b.area)) return false;
     const double reach = coincident_rel * size;
-    // The centroid of a large face is known to fewer digits than the size has.
-    if ((a.centroid - b.centroid).norm() > 10.0 * reach) return false;
+    if ((a.centroid - b.centroid).norm() > centroid_reaches * reach) return false;
     if (a.face.IsSame(b.face)) return true;
     return lies_on(points_of(a.face, size), b.face, reach) &&
            lies_on(points_of(b.face, size), a.face, reach);

@@ -35,11 +35,13 @@ std::vector<ModelEdge> free_edges(const TopoDS_Shape& shape) {
 
 std::vector<double> free_edge_gaps(const TopoDS_Shape& shape) {
     constexpr int samples = 17;
+    // Of the shape's size: chords of the search tree; distances are exact whatever their length.
+    constexpr double chord_rel = 1e-3;
     const std::vector<ModelEdge> edges = free_edges(shape);
     std::vector<int> all(edges.size());
     std::iota(all.begin(), all.end(), 0);
     const double size = tight_bounds(shape).diagonal();
-    const CurveSearch search(edges, all, 1e-3 * size, size);
+    const CurveSearch search(edges, all, chord_rel * size, size);
     std::vector<double> gaps;
     for (std::size_t i = 0; i < edges.size(); ++i) {
         double widest = 0.0;
