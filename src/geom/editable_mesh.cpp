@@ -2,19 +2,21 @@
 
 #include "geom/angle.h"
 
+#include <patchwright/base/numbers.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
 
 namespace patchwright::geom {
 
+using base::at;
+
 namespace {
 
 // Triangles with a smaller shape_quality() are needles, whose normals are not to be trusted: no
 // collapse makes one worse. 0.08 is an angle of 5 degrees.
 constexpr double needle_quality = 0.08;
-
-std::size_t at(int i) { return std::size_t(i); }
 
 int position(const std::array<int, 3>& t, int v) { return t[0] == v ? 0 : t[1] == v ? 1 : 2; }
 

@@ -38,7 +38,7 @@ constexpr double span_of_diagonal = 0.01;
 constexpr int least_spans = 2;
 /// The quarter of the budget that curves may take at most.
 constexpr int share_of_curves = 4;
-constexpr std::size_t grain = 64, block = 8192;
+constexpr std::size_t feet_a_task = 64, feet_a_block = 8192;
 
 /// A piece of a face over a triangle of the parameter plane.
 struct Piece {
@@ -87,11 +87,11 @@ class Bounding {
     /// Calls `work` for all numbers from `first` on, in parallel, with progress in between.
     template <class Work>
     void in_blocks(std::size_t first, std::size_t end, const Work& work) {
-        for (std::size_t start = first; start < end; start += block) {
+        for (std::size_t start = first; start < end; start += feet_a_block) {
             base::report_progress(options_.progress, "bound",
                                   feet_ < limit_ ? double(feet_) / double(limit_) : 0.0);
-            const std::size_t count = std::min(block, end - start);
-            base::parallel_for(count, grain, [&](std::size_t a, std::size_t b) {
+            const std::size_t count = std::min(feet_a_block, end - start);
+            base::parallel_for(count, feet_a_task, [&](std::size_t a, std::size_t b) {
                 for (std::size_t i = start + a; i < start + b; ++i) work(i);
             });
         }

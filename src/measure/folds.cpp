@@ -1,3 +1,4 @@
+#include "geom/angle.h"
 #include "measure/near_curves.h"
 
 #include <patchwright/base/error.h>
@@ -16,15 +17,11 @@ using geom::Vec3;
 namespace {
 
 /// Of one direction: those that are not empty.
-std::vector<std::array<double, 2>> spans_of(const std::vector<double>& knots) {
+std::vector<std::array<double, 2>> knot_spans(const std::vector<double>& knots) {
     std::vector<std::array<double, 2>> spans;
     for (std::size_t k = 3; k + 4 < knots.size(); ++k)
         if (knots[k] < knots[k + 1]) spans.push_back({knots[k], knots[k + 1]});
     return spans;
-}
-
-double angle_between(const Vec3& a, const Vec3& b) {
-    return 2.0 * std::atan2((a - b).norm(), (a + b).norm());
 }
 
 /// Looks for points of the input that face the way a sample does.
@@ -41,7 +38,7 @@ class Agreement {
         double least = M_PI;
         const auto agrees = [&](const geom::FootPoint& foot) {
             if (!foot.normal.isZero() && (foot.point - point).norm() <= reach)
-                least = std::min(least, angle_between(foot.normal, side));
+                least = std::min(least, geom::angle_between(foot.normal, side));
             return least <= options_.angle_rad;
         };
         if (agrees(plain) || agrees(input_.foot_point(point, side))) return least;
@@ -90,7 +87,8 @@ std::vector<geom::SurfaceSample> sample_surfaces(const std::vector<geom::Bspline
     if (options.per_span < 1 || options.at_most < 1)
         throw base::InvalidArgument("sample_surfaces: per_span and at_most must be positive");
     std::size_t spans = 0;
-    for (const auto& s : surfaces) spans += spans_of(s.knots_u).size() * spans_of(s.knots_v).size();
+    for (const auto& s : surfaces)
+        spans += knot_spans(s.knots_u).size() * knot_spans(s.knots_v).size();
     const auto limit = std::size_t(options.at_most);
     auto side = std::size_t(options.per_span);
     while (side > 1 && spans * side * side > limit) --side;
@@ -100,7 +98,7 @@ std::vector<geom::SurfaceSample> sample_surfaces(const std::vector<geom::Bspline
     samples.reserve(std::min(limit, spans * side * side));
     std::size_t number = 0;
     for (std::size_t k = 0; k < surfaces.size(); ++k) {
-        const auto us = spans_of(surfaces[k].knots_u), vs = spans_of(surfaces[k].knots_v);
+        const auto us = knot_spans(surfaces[k].knots_u), vs = knot_spans(surfaces[k].knots_v);
         for (const auto& [u0, u1] : us) {
             for (const auto& [v0, v1] : vs) {
                 if (number++ % step != 0) continue;

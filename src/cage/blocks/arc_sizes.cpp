@@ -3,6 +3,8 @@
 #include "cage/remesh/size_field.h"
 #include "geom/angle.h"
 
+#include <patchwright/base/numbers.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -11,11 +13,10 @@
 
 namespace patchwright::cage {
 
+using base::at;
 using geom::Vec3;
 
 namespace {
-
-std::size_t at(int i) { return std::size_t(i); }
 
 // Where lines through a block are taken, as shares of its width.
 constexpr std::array line_shares{0.1, 0.25, 0.4, 0.5, 0.6, 0.75, 0.9};

@@ -4,6 +4,8 @@
 #include "geom/angle.h"
 #include "geom/polyline.h"
 
+#include <patchwright/base/numbers.h>
+
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -12,19 +14,17 @@
 
 namespace patchwright::cage {
 
+using base::at;
 using geom::Vec3;
 
 namespace {
-
-std::size_t at(int i) { return std::size_t(i); }
 
 // Turn of a line, radians, at which half of its points are spread by turn instead of length.
 constexpr double half_turn_rad = 1.5;
 // Share of quads that fold: above the first one moving points opens some of them only and is not
 // worth its time; above the second one, after it, other ways are not tried either.
 constexpr double most_folded = 0.04, most_left = 0.01;
-// Rounds in which points are evened out, and the share of the way to the middle of their neighbours
-// that they are moved in each.
+// Rounds in which points are evened out, and their share of the way to their neighbours' middle.
 constexpr int evening_rounds = 12;
 constexpr double evening_share = 0.5;
 // Least sine of a point's angles (24 degrees) that evening out may leave where there was more.

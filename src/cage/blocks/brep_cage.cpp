@@ -7,6 +7,8 @@
 #include "cage/remesh/mesh_part.h"
 #include "cage/remesh/remesh.h"
 
+#include <patchwright/base/numbers.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -15,11 +17,10 @@
 
 namespace patchwright::cage {
 
+using base::at;
 using geom::Vec3;
 
 namespace {
-
-std::size_t at(int i) { return std::size_t(i); }
 
 // How far from a smooth curve the curvatures on both sides are taken, of the diagonal. They jump
 // when they differ by this share of the larger one; that must turn by a radian over the diagonal at
@@ -32,7 +33,7 @@ constexpr double longest_triangle_rel = 0.06, triangle_scale = 0.5;
 // How far the model may stick out of a quad, of the root of its area: more, and finer blocks are
 // made, by this factor, in at most so many rounds and only up to so many quads.
 constexpr double most_sag = 0.3, finer = 0.7;
-constexpr int most_rounds = 4;
+constexpr int most_layout_rounds = 4;
 constexpr std::size_t many_quads = 1000;
 // Rounds in which all blocks may be refused before their layout is: finer ones may not fold.
 constexpr int most_refused = 2;
@@ -228,7 +229,7 @@ Blocks blocks_of(QuadLayout& layout, ArcSizes sizes, const geom::ModelSurface& r
             if (round == most_refused) throw;
             continue;
         }
-        if (round == most_rounds || last->faces.size() > many_quads ||
+        if (round == most_layout_rounds || last->faces.size() > many_quads ||
             worst_sag(*last, reference, poll) < most_sag)
             break;
     }

@@ -4,6 +4,8 @@
 #include "cage/blocks/cuts.h"
 #include "cage/blocks/piece_blocks.h"
 
+#include <patchwright/base/numbers.h>
+
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -14,11 +16,10 @@
 
 namespace patchwright::cage {
 
+using base::at;
 using geom::Vec3;
 
 namespace {
-
-std::size_t at(int i) { return std::size_t(i); }
 
 // Cuts by piece that the model's features bound, and the fewest: more come from cuts that help
 // nothing.

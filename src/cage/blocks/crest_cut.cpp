@@ -3,11 +3,14 @@
 #include "cage/tight_radius.h"
 #include "geom/shortest_paths.h"
 
+#include <patchwright/base/numbers.h>
+
 #include <algorithm>
 #include <cmath>
 
 namespace patchwright::cage {
 
+using base::at;
 using geom::Vec3;
 
 namespace {
@@ -21,8 +24,6 @@ constexpr double shortest_crest = 5.0, longest_contact = 0.2;
 constexpr int most_gap = 2;
 // Power of the curvature that makes ways shorter.
 constexpr double follows_bend = 2.0;
-
-std::size_t at(int i) { return std::size_t(i); }
 
 class CrestSearch {
   public:

@@ -3,20 +3,21 @@
 #include "geom/angle.h"
 #include "geom/shortest_paths.h"
 
+#include <patchwright/base/numbers.h>
+
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace patchwright::cage {
 
+using base::at;
+using base::infinity;
 using geom::Vec3;
 
 namespace {
-
-std::size_t at(int i) { return std::size_t(i); }
 
 // How far a side may bend inward (by itself, in triangles and so on; against the opposite one in
 // blocks) before it needs a line from its middle: 112 degrees, which leaves quads 34 on either
@@ -43,7 +44,6 @@ constexpr double corner_weight = 0.25;
 constexpr double direction_share = 0.35;
 // A cut from a corner with several quads stays away from it by this part of the border.
 constexpr int farther_along = 8;
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// A side of a disc, from corner to corner.
 struct SideOf {

@@ -2,21 +2,21 @@
 
 #include "geom/shortest_paths.h"
 
+#include <patchwright/base/numbers.h>
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 
 namespace patchwright::cage {
 
+using base::at;
+using base::infinity;
+
 namespace {
-
-std::size_t at(int i) { return std::size_t(i); }
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// A block's side that an arc is part of.
 struct SideUse {
@@ -75,9 +75,9 @@ class Divider {
             }
             if (!added) refuse(missing);
         }
-        const int most_rounds = rounds_per_arc * int(uses_.size()) + fewest_rounds;
+        const int round_limit = rounds_per_arc * int(uses_.size()) + fewest_rounds;
         std::vector<char> settled(uses_.size(), 0);
-        for (int round = 0; round < most_rounds; ++round) {
+        for (int round = 0; round < round_limit; ++round) {
             int scarcest = -1;
             double worst = 0.0;
             for (std::size_t a = 0; a < uses_.size(); ++a) {

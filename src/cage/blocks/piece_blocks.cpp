@@ -1,12 +1,13 @@
 #include "cage/blocks/piece_blocks.h"
 
+#include <patchwright/base/numbers.h>
+
 namespace patchwright::cage {
 
+using base::at;
 using geom::Vec3;
 
 namespace {
-
-std::size_t at(int i) { return std::size_t(i); }
 
 FlatSide reversed(const FlatSide& side) {
     FlatSide result;
@@ -22,7 +23,7 @@ FlatSide reversed(const FlatSide& side) {
 // the flat piece to its border: so that all blocks of a template have about the same size there.
 constexpr double lens_share = 0.4, drop_share = 0.45, disc_share = 0.5;
 // Steps of the lines between nodes.
-constexpr int line_steps = 8;
+constexpr int steps_of_line = 8;
 
 class Templates {
   public:
@@ -79,9 +80,9 @@ class Templates {
         arc.from = from.flat;
         arc.to = to.flat;
         arc.points.push_back(layout_.nodes[at(from.node)].point);
-        for (int k = 1; k < line_steps; ++k)
+        for (int k = 1; k < steps_of_line; ++k)
             arc.points.push_back(
-                on_model(from.flat + (to.flat - from.flat) * (double(k) / line_steps)));
+                on_model(from.flat + (to.flat - from.flat) * (double(k) / steps_of_line)));
         arc.points.push_back(layout_.nodes[at(to.node)].point);
         layout_.arcs.push_back(std::move(arc));
         return {{{int(layout_.arcs.size()) - 1, false}}, {from.flat}, to.flat};

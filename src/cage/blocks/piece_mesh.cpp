@@ -1,16 +1,17 @@
 #include "cage/blocks/piece_mesh.h"
 
+#include <patchwright/base/numbers.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 namespace patchwright::cage {
 
+using base::at;
 using geom::Vec3;
 
 namespace {
-
-std::size_t at(int i) { return std::size_t(i); }
 
 // Of the diagonal: how far from a vertex on a feature its direction is taken.
 constexpr double step_rel = 1e-4;

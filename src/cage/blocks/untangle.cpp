@@ -1,5 +1,7 @@
 #include "cage/blocks/untangle.h"
 
+#include <patchwright/base/numbers.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -7,21 +9,20 @@
 
 namespace patchwright::cage {
 
+using base::at;
 using geom::Vec3;
 
 namespace {
 
-std::size_t at(int i) { return std::size_t(i); }
-
 // Sine of a quad's angle (9 degrees, or 171) below which its corners are moved.
 constexpr double well_formed = 0.15;
 // Sine (30 degrees) above which angles around a point need no improvement.
-constexpr double good_enough = 0.5;
+constexpr double good_enough_face = 0.5;
 // Cosine between a quad and the surface below which the quad's own normal says more: it is bent.
 constexpr double agrees = 0.5;
 // Rounds over all points; in each a point is tried in so many directions, with steps of this share
 // of the edges around it that are halved so often, and moved when the least sine grows by this.
-constexpr int rounds = 12, directions = 8, halvings = 4;
+constexpr int rounds = 12, directions = 8, step_halvings = 4;
 constexpr double first_step = 0.4, least_gain = 1e-3;
 
 class Untangler {
@@ -75,9 +76,9 @@ class Untangler {
         return least;
     }
 
-    /// Of the faces around a point, good_enough at most.
+    /// Of the faces around a point, good_enough_face at most.
     [[nodiscard]] double worst_around(int v) const {
-        double least = good_enough;
+        double least = good_enough_face;
         for (const std::size_t f : around_[at(v)]) least = std::min(least, least_sine(f));
         return least;
     }
@@ -105,7 +106,7 @@ class Untangler {
         const Vec3 across = normal.unitOrthogonal(), along = normal.cross(across);
         double best = worst_around(v), step = first_step * reach(v);
         bool moved = false;
-        for (int halving = 0; halving < halvings; ++halving, step *= 0.5) {
+        for (int halving = 0; halving < step_halvings; ++halving, step *= 0.5) {
             const Vec3 old = points_[at(v)];
             Vec3 best_point = old;
             for (int d = 0; d < directions; ++d) {

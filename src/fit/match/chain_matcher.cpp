@@ -2,11 +2,14 @@
 
 #include "fit/match/curve_walk.h"
 
+#include <patchwright/base/numbers.h>
+
 #include <algorithm>
 #include <cmath>
 
 namespace patchwright::fit {
 
+using base::infinity;
 using geom::distance_to;
 using geom::FeatureKind;
 using geom::length_of;
@@ -14,7 +17,6 @@ using geom::Vec3;
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 // Points at which a curve is compared with a chain.
 constexpr int curve_samples = 16;
 // A chain reaches this share of its length, see FitOptions::feature_reach_rel.

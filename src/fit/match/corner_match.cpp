@@ -2,11 +2,13 @@
 
 #include "fit/match/assignment.h"
 
+#include <patchwright/base/numbers.h>
+
 #include <algorithm>
-#include <limits>
 
 namespace patchwright::fit {
 
+using base::infinity;
 using geom::Features;
 using geom::length_of;
 using geom::point_along;
@@ -16,7 +18,6 @@ using mesh::VertexId;
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 // Corners of the reference closer than this share of the reach are told apart by the directions of
 // their curves (features_test: corners in one place).
 constexpr double crowded_rel = 0.05;

@@ -1,5 +1,7 @@
 #include "fit/match/curve_walk.h"
 
+#include <patchwright/base/numbers.h>
+
 #include <algorithm>
 #include <cmath>
 #include <queue>
@@ -8,11 +10,11 @@
 
 namespace patchwright::fit {
 
+using base::infinity;
 using geom::Vec3;
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 // A curve has not more steps, however short the chain is.
 constexpr int max_steps = 4096;
 // A closed walk may begin on curves this much farther from the chain's first point than the nearest

@@ -4,15 +4,17 @@
 #include "fit/match/chain_matcher.h"
 #include "fit/match/corner_match.h"
 
+#include <patchwright/base/numbers.h>
 #include <patchwright/geom/curve_ends.h>
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <map>
 #include <set>
 
 namespace patchwright::fit {
+
+using base::infinity;
 
 namespace {
 
@@ -23,8 +25,6 @@ using geom::Points;
 using geom::thinned;
 using geom::Vec3;
 using mesh::VertexId;
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 FeatureKind feature_kind(const EdgeChain& chain) {
     return chain.kind == CurveKind::Crease ? FeatureKind::Sharp : FeatureKind::Free;

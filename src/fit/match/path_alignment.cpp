@@ -1,17 +1,18 @@
 #include "fit/match/path_alignment.h"
 
+#include <patchwright/base/numbers.h>
+
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace patchwright::fit {
 
+using base::infinity;
 using geom::FeaturePoint;
 using geom::Vec3;
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 // Places for each point of the chain, but not more than there is time for.
 constexpr double places_per_point = 2.0;
 constexpr double max_places = 4096.0;

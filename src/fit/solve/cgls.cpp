@@ -1,5 +1,7 @@
 #include "fit/solve/cgls.h"
 
+#include "fit/solve/over_rows.h"
+
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
 
@@ -15,21 +17,14 @@ namespace {
 using geom::Points;
 using Column3 = Eigen::Array3d;
 
-constexpr std::size_t grain = 8192;  // rows a task
+constexpr std::size_t rows_a_task = 8192;  // rows a task
 
 /// Calls `body(first, count)` over blocks of rows.
-template <class Body>
-void over_rows(Eigen::Index rows, const Body& body) {
-    base::parallel_for(std::size_t(rows), grain, [&](std::size_t first, std::size_t last) {
-        body(Eigen::Index(first), Eigen::Index(last - first));
-    });
-}
-
 /// Squared norms of the columns, summed block by block in order.
 Column3 squared_norms(const Points& p) {
-    std::vector<Column3> partial((std::size_t(p.rows()) + grain - 1) / grain);
-    over_rows(p.rows(), [&](Eigen::Index first, Eigen::Index count) {
-        partial[std::size_t(first) / grain] =
+    std::vector<Column3> partial((std::size_t(p.rows()) + rows_a_task - 1) / rows_a_task);
+    over_rows<rows_a_task>(p.rows(), [&](Eigen::Index first, Eigen::Index count) {
+        partial[std::size_t(first) / rows_a_task] =
             p.middleRows(first, count).colwise().squaredNorm().transpose().array();
     });
     Column3 sum = Column3::Zero();
@@ -206,7 +201,7 @@ class CglsSolve {
         if (options_.preconditioner != nullptr) {
             options_.preconditioner->apply(u_, beta, d_);
         } else {
-            over_rows(d_.rows(), [&](Eigen::Index first, Eigen::Index count) {
+            over_rows<rows_a_task>(d_.rows(), [&](Eigen::Index first, Eigen::Index count) {
                 auto block = d_.middleRows(first, count);
                 block = s_.middleRows(first, count) + (block * beta.matrix().asDiagonal()).eval();
             });
@@ -218,11 +213,11 @@ class CglsSolve {
     /// x += alpha d, s -= alpha t; sets the squared norms of s where no preconditioner needs
     /// others.
     double take_steps(const Column3& alpha, Column3& norms) {
-        const std::size_t blocks = (std::size_t(d_.rows()) + grain - 1) / grain;
+        const std::size_t blocks = (std::size_t(d_.rows()) + rows_a_task - 1) / rows_a_task;
         std::vector<double> change(blocks, 0.0);
         std::vector<Column3> partial(blocks, Column3::Zero());
-        over_rows(d_.rows(), [&](Eigen::Index first, Eigen::Index count) {
-            const auto block = std::size_t(first) / grain;
+        over_rows<rows_a_task>(d_.rows(), [&](Eigen::Index first, Eigen::Index count) {
+            const auto block = std::size_t(first) / rows_a_task;
             const Eigen::Index at = 3 * first, size = 3 * count;
             const double* sizes =
                 options_.unknown_sizes != nullptr ? options_.unknown_sizes->data() + at : nullptr;

@@ -14,7 +14,7 @@ using mesh::VertexId;
 
 namespace {
 
-constexpr std::size_t grain = 8192;
+constexpr std::size_t vertices_a_task = 8192;
 
 /// to = block * from; they may be the same.
 void times(const MeshPreconditioner::Block& b, const double* from, double* to) {
@@ -30,7 +30,7 @@ bool is_quad(const Topology& t, CornerId c) { return c.valid() && t.size(t.face(
 
 MeshPreconditioner::MeshPreconditioner(const Topology& t, double a)
     : a_(a), rings_(std::size_t(t.vertex_count())) {
-    base::parallel_for(rings_.size(), grain, [&](std::size_t first, std::size_t last) {
+    base::parallel_for(rings_.size(), vertices_a_task, [&](std::size_t first, std::size_t last) {
         for (std::size_t v = first; v < last; ++v) {
             Neighbours& ring = rings_[v];
             std::size_t quads = 0;
@@ -119,15 +119,16 @@ Eigen::Array3d MeshPreconditioner::apply_transposed(const Points& s, Points& t) 
     t.resize(s.rows(), 3);
     if (!blocks_.empty()) {
         turned_.resize(s.rows(), 3);
-        base::parallel_for(rings_.size(), grain, [&](std::size_t first, std::size_t last) {
-            for (std::size_t v = first; v < last; ++v) {
-                times(blocks_[v], s.data() + 3 * v, turned_.data() + 3 * v);
-            }
-        });
+        base::parallel_for(rings_.size(), vertices_a_task,
+                           [&](std::size_t first, std::size_t last) {
+                               for (std::size_t v = first; v < last; ++v) {
+                                   times(blocks_[v], s.data() + 3 * v, turned_.data() + 3 * v);
+                               }
+                           });
     }
     const Points& from = blocks_.empty() ? s : turned_;
-    std::vector<Eigen::Array3d> partial((rings_.size() + grain - 1) / grain);
-    base::parallel_for(rings_.size(), grain, [&](std::size_t first, std::size_t last) {
+    std::vector<Eigen::Array3d> partial((rings_.size() + vertices_a_task - 1) / vertices_a_task);
+    base::parallel_for(rings_.size(), vertices_a_task, [&](std::size_t first, std::size_t last) {
         Eigen::Array3d norms = Eigen::Array3d::Zero();
         products(from, first, last, [&](std::size_t v, const double* sum) {
             double* to = t.data() + 3 * v;
@@ -136,7 +137,7 @@ Eigen::Array3d MeshPreconditioner::apply_transposed(const Points& s, Points& t) 
                 norms[c] += sum[c] * sum[c];
             }
         });
-        partial[first / grain] = norms;
+        partial[first / vertices_a_task] = norms;
     });
     Eigen::Array3d all = Eigen::Array3d::Zero();
     for (const Eigen::Array3d& part : partial) all += part;
@@ -144,7 +145,7 @@ Eigen::Array3d MeshPreconditioner::apply_transposed(const Points& s, Points& t) 
 }
 
 void MeshPreconditioner::apply(const Points& t, const Eigen::Array3d& beta, Points& d) const {
-    base::parallel_for(rings_.size(), grain, [&](std::size_t first, std::size_t last) {
+    base::parallel_for(rings_.size(), vertices_a_task, [&](std::size_t first, std::size_t last) {
         products(t, first, last, [&](std::size_t v, double* sum) {
             double* to = d.data() + 3 * v;
             if (!blocks_.empty()) times(blocks_[v], sum, sum);

@@ -1,5 +1,6 @@
 #include "fit/solve/step_operator.h"
 
+#include "fit/solve/over_rows.h"
 #include "subd/solver_products.h"
 
 #include <patchwright/base/parallel.h>
@@ -19,14 +20,7 @@ namespace {
 using Rows = subd::LimitOperator::Rows;
 using Block = MeshPreconditioner::Block;
 
-constexpr std::size_t grain = 4096;  // rows a task
-
-template <class Body>
-void over_rows(Eigen::Index rows, const Body& body) {
-    base::parallel_for(std::size_t(rows), grain, [&](std::size_t first, std::size_t last) {
-        body(Eigen::Index(first), Eigen::Index(last - first));
-    });
-}
+constexpr std::size_t step_rows_a_task = 4096;  // rows a task
 
 /// The square root of the quadratic form that measures a row: across + difference n n^T.
 struct RowWeight {
@@ -50,7 +44,7 @@ struct RowWeight {
 
 /// to = rows, weighted; they may be the same.
 void weigh(const SampleWeights& weights, const Points& rows, Eigen::Index at, Points& to) {
-    over_rows(rows.rows(), [&](Eigen::Index first, Eigen::Index count) {
+    over_rows<step_rows_a_task>(rows.rows(), [&](Eigen::Index first, Eigen::Index count) {
         for (Eigen::Index i = first; i < first + count; ++i) {
             Eigen::RowVector3d r = rows.row(i);
             RowWeight(weights, i).apply(r.data());
@@ -130,11 +124,11 @@ void StepOperator::apply_transposed(const Points& y, Points& x) const {
 template <class Also>
 void StepOperator::gather(Points& from_samples, const Points& from_bending,
                           const Also& also) const {
-    over_rows(from_samples.rows(), [&](Eigen::Index first, Eigen::Index count) {
+    over_rows<step_rows_a_task>(from_samples.rows(), [&](Eigen::Index first, Eigen::Index count) {
         from_samples.middleRows(first, count) += from_bending.middleRows(first, count);
     });
     constraints_.gather(from_samples);
-    over_rows(from_samples.rows(), [&](Eigen::Index first, Eigen::Index count) {
+    over_rows<step_rows_a_task>(from_samples.rows(), [&](Eigen::Index first, Eigen::Index count) {
         auto rows = from_samples.middleRows(first, count);
         rows = rows.cwiseProduct(scale_.middleRows(first, count));
         also(first, rows);
@@ -160,11 +154,12 @@ Eigen::Array3d StepOperator::normal_product(const Points& x, Points& t) const {
         subd::SolverProducts(samples_).normal_product(moved_, t, weighted(weights_));
     norms += subd::SolverProducts(bending_).normal_product(moved_, sum_, weighted(stiffness_));
     const double damping = root_damping_ * root_damping_;
-    std::vector<Eigen::Array3d> partial(std::size_t(x.rows()) / grain + 1, Eigen::Array3d::Zero());
+    std::vector<Eigen::Array3d> partial(std::size_t(x.rows()) / step_rows_a_task + 1,
+                                        Eigen::Array3d::Zero());
     gather(t, sum_, [&](Eigen::Index first, auto rows) {
         const auto from = x.middleRows(first, rows.rows());
         rows += damping * from;
-        partial[std::size_t(first) / grain] = from.colwise().squaredNorm().transpose();
+        partial[std::size_t(first) / step_rows_a_task] = from.colwise().squaredNorm().transpose();
     });
     for (const Eigen::Array3d& part : partial) norms += damping * part;
     return norms;
@@ -193,13 +188,14 @@ Eigen::Array3d StepOperator::normal_residual(const Points& b, const Points& x, P
         subd::SolverProducts(samples_).normal_product(moved_, s, from(weights_, 0));
     norms += subd::SolverProducts(bending_).normal_product(moved_, sum_,
                                                            from(stiffness_, samples_.rows()));
-    std::vector<Eigen::Array3d> partial(std::size_t(x.rows()) / grain + 1, Eigen::Array3d::Zero());
+    std::vector<Eigen::Array3d> partial(std::size_t(x.rows()) / step_rows_a_task + 1,
+                                        Eigen::Array3d::Zero());
     const Eigen::Index damped = samples_.rows() + bending_.rows();
     gather(s, sum_, [&](Eigen::Index first, auto rows) {
         const Points left = b.middleRows(damped + first, rows.rows()) -
                             root_damping_ * x.middleRows(first, rows.rows());
         rows += root_damping_ * left;
-        partial[std::size_t(first) / grain] = left.colwise().squaredNorm().transpose();
+        partial[std::size_t(first) / step_rows_a_task] = left.colwise().squaredNorm().transpose();
     });
     for (const Eigen::Array3d& part : partial) norms += part;
     return norms;
@@ -215,7 +211,7 @@ Points StepOperator::right_side(const Points& sample_changes, const Points& bend
 
 void StepOperator::move(const Points& x, Points& moved) const {
     moved.resize(x.rows(), 3);
-    over_rows(x.rows(), [&](Eigen::Index first, Eigen::Index count) {
+    over_rows<step_rows_a_task>(x.rows(), [&](Eigen::Index first, Eigen::Index count) {
         moved.middleRows(first, count) =
             x.middleRows(first, count).cwiseProduct(scale_.middleRows(first, count));
     });
@@ -235,7 +231,7 @@ void weighted_blocks(const subd::LimitOperator& rows, const SampleWeights& weigh
                      Points& diagonal, Points& off) {
     Points squares(rows.rows(), 3);
     const auto set = [&](bool on_diagonal, Points& sums) {
-        over_rows(squares.rows(), [&](Eigen::Index first, Eigen::Index count) {
+        over_rows<step_rows_a_task>(squares.rows(), [&](Eigen::Index first, Eigen::Index count) {
             for (Eigen::Index i = first; i < first + count; ++i) {
                 const RowWeight w(weights, i);
                 const double along = w.across + w.difference;
@@ -277,8 +273,8 @@ void StepOperator::precondition(MeshPreconditioner& preconditioner) const {
     weighted_blocks(samples_, weights_, sample_diagonal, sample_off);
     weighted_blocks(bending_, stiffness_, bending_diagonal, bending_off);
     std::vector<Block> blocks(static_cast<std::size_t>(columns()));
-    std::vector<double> sums(blocks.size() / grain + 1, 0.0), counts(sums.size(), 0.0);
-    over_rows(columns(), [&](Eigen::Index first, Eigen::Index count) {
+    std::vector<double> sums(blocks.size() / step_rows_a_task + 1, 0.0), counts(sums.size(), 0.0);
+    over_rows<step_rows_a_task>(columns(), [&](Eigen::Index first, Eigen::Index count) {
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
         for (Eigen::Index v = first; v < first + count; ++v) {
             const Eigen::Vector3d scale = scale_.row(v).transpose();
@@ -303,8 +299,8 @@ void StepOperator::precondition(MeshPreconditioner& preconditioner) const {
                 const double of_samples = solver.eigenvalues()[k] - of_bending;
                 if (of_samples > 0.0) least = std::min(least, alternation(of_bending / of_samples));
             }
-            sums[std::size_t(first) / grain] += least;
-            counts[std::size_t(first) / grain] += 1.0;
+            sums[std::size_t(first) / step_rows_a_task] += least;
+            counts[std::size_t(first) / step_rows_a_task] += 1.0;
         }
     });
     const double count = std::accumulate(counts.begin(), counts.end(), 0.0);

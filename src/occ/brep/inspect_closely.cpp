@@ -5,6 +5,7 @@
 #include "occ/kernel_points.h"
 
 #include <patchwright/base/error.h>
+#include <patchwright/base/numbers.h>
 #include <patchwright/occ/cad_reference.h>
 #include <patchwright/occ/inspect_closely.h>
 
@@ -20,16 +21,14 @@
 #include <TopoDS_Edge.hxx>
 
 #include <algorithm>
-#include <limits>
 #include <memory>
 
 namespace patchwright::occ {
 
+using base::infinity;
 using geom::Vec3;
 
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 double edge_length(const TopoDS_Shape& edge) {
     GProp_GProps properties;

@@ -1,5 +1,7 @@
 #include "occ/foot/feature_curves.h"
 
+#include "geom/angle.h"
+
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -88,7 +90,7 @@ class FeatureCurves::Chaining {
         if (other == nullptr) return std::nullopt;
         // Ends of features that turn are corners already.
         if (edge.kind == EdgeKind::Smooth &&
-            angle_between(outward(here), -outward(*other)) > network_.sharp_angle_rad)
+            geom::angle_between(outward(here), -outward(*other)) > network_.sharp_angle_rad)
             return std::nullopt;
         return Step{other->edge, other->at_end};
     }

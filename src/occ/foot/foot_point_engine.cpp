@@ -4,11 +4,12 @@
 #include "occ/foot/fused.h"
 #include "occ/foot/leaf_bounds.h"
 
+#include <patchwright/base/numbers.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <span>
 
@@ -19,7 +20,6 @@ using geom::Vec3;
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 // Of the model's size: points nearer to each other than this are one.
 constexpr double coincident = 1e-9;
 constexpr std::size_t max_known_feet = 16;
@@ -48,7 +48,7 @@ SearchScratch& scratch() {
 struct Nearest {
     std::optional<SurfaceFoot> on_face;
     Vec3 point = Vec3::Zero();
-    double distance = infinity;
+    double distance = base::infinity;
 };
 
 class FootSearch {
@@ -264,7 +264,7 @@ class FootSearch {
     void nearest_on_edges(Nearest& nearest) {
         const double slack = coincident * model_.size;
         collect_hits(edge_bound_ + slack);
-        if (s_.hits.empty() && !nearest.on_face) collect_hits(infinity);
+        if (s_.hits.empty() && !nearest.on_face) collect_hits(base::infinity);
         for (const CurveHit& hit : s_.hits) {
             // A foot held by the end of its face is on an edge: that is the answer then, as whether
             // a descent happens to end there depends on the bound.
@@ -274,7 +274,7 @@ class FootSearch {
             if (hit.distance >= nearest.distance - gain) continue;
             nearest = {std::nullopt, hit.point, hit.distance};
         }
-        if (nearest.distance < infinity || candidates_.empty()) return;
+        if (nearest.distance < base::infinity || candidates_.empty()) return;
         // A face without any edge and no foot in its trim: the triangulation is all there is.
         const SeedCandidate& c = candidates_.front();
         const int face = model_.mesh.starts[std::size_t(c.slot)].face;
@@ -378,9 +378,9 @@ class FootSearch {
     const SearchModel& model_;
     Vec3 query_;
     SearchScratch& s_;
-    double first_bound_;                ///< something on the model is no farther
-    double triangle_bound_ = infinity;  ///< the same, by the triangulation
-    double edge_bound_ = infinity;
+    double first_bound_;                      ///< something on the model is no farther
+    double triangle_bound_ = base::infinity;  ///< the same, by the triangulation
+    double edge_bound_ = base::infinity;
     double clear_ = 0.0;  ///< no edge is nearer
     std::span<const SeedCandidate> candidates_;
     bool all_triangles_ = false;

@@ -1,5 +1,7 @@
 #include "occ/foot/model_edges.h"
 
+#include "geom/angle.h"
+
 #include <BRep_Tool.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
@@ -16,10 +18,6 @@
 namespace patchwright::occ {
 
 using geom::Vec3;
-
-double angle_between(const Vec3& a, const Vec3& b) {
-    return std::atan2(a.cross(b).norm(), a.dot(b));
-}
 
 namespace {
 
@@ -63,7 +61,7 @@ std::optional<double> dihedral(const ModelEdge& edge, double t,
     // Faces of opposite orientation run along the edge in the same direction.
     if (edge.uses[0].reversed == edge.uses[1].reversed) b = -b;
     if (a.isZero(0.0) || b.isZero(0.0)) return std::nullopt;
-    return angle_between(a, b);
+    return geom::angle_between(a, b);
 }
 
 void classify(ModelEdge& edge, const std::vector<FaceSurface>& surfaces, double sharp_angle_rad) {
@@ -164,10 +162,10 @@ struct VertexDirections {
         if (directions.size() == 1) return geom::CornerKind::End;
         for (std::size_t i = 0; i < directions.size(); ++i)
             for (std::size_t j = 0; j < i; ++j)
-                if (angle_between(directions[i], directions[j]) < sharp_angle_rad)
+                if (geom::angle_between(directions[i], directions[j]) < sharp_angle_rad)
                     return geom::CornerKind::Cusp;
         const bool straight = directions.size() == 2 && sharp != free &&
-                              angle_between(directions[0], -directions[1]) <= sharp_angle_rad;
+                              geom::angle_between(directions[0], -directions[1]) <= sharp_angle_rad;
         if (straight) return std::nullopt;
         return geom::CornerKind::Junction;
     }

@@ -47,8 +47,6 @@ Vec2 parameters_beside(const ModelEdge& edge, const FaceOfEdge& use, double t);
 geom::Vec3 normal_beside(const ModelEdge& edge, const FaceOfEdge& use, double t,
                          const std::vector<FaceSurface>& surfaces);
 
-double angle_between(const geom::Vec3& a, const geom::Vec3& b);
-
 /// A vertex where features meet or end at an angle, or without a tangent plane.
 struct NetworkCorner {
     int vertex = -1;

@@ -1,5 +1,8 @@
 #include "occ/foot/surroundings.h"
 
+#include "geom/angle.h"
+
+#include <patchwright/base/numbers.h>
 #include <patchwright/base/parallel.h>
 
 #include <Eigen/Geometry>
@@ -9,11 +12,11 @@
 
 namespace patchwright::occ {
 
+using base::infinity;
 using geom::Vec3;
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double widest_turn_rad = 1.0;
 
 /// The triangles at each node.
@@ -50,7 +53,7 @@ std::array<double, 2> bend_around(const ReferenceMesh& mesh, const Fans& fans,
             out = std::max(out, other.bend_out);
             in = std::max(in, other.bend_in);
             const bool flat = other.normal.isZero(0.0) || t.normal.isZero(0.0);
-            const double between = flat ? infinity : angle_between(t.normal, other.normal);
+            const double between = flat ? infinity : geom::angle_between(t.normal, other.normal);
             turn = std::max(turn, t.turn_rad + between + other.turn_rad);
         });
     }
