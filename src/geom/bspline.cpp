@@ -1,5 +1,6 @@
 #include <patchwright/geom/bspline.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 
@@ -70,7 +71,54 @@ Point blossom(const std::vector<double>& knots, std::size_t span, std::array<Poi
     return d[3];
 }
 
+/// Bases at the Gauss points of all spans, with the points' weights.
+struct GaussBasis {
+    BasisSpan basis;
+    double weight;
+};
+
+std::vector<GaussBasis> gauss_bases(const std::vector<double>& knots) {
+    // Five points: exact up to degree nine; the flux has eight in each parameter.
+    constexpr double places[] = {-0.906179845938664, -0.538469310105683, 0.0, 0.538469310105683,
+                                 0.906179845938664};
+    constexpr double weights[] = {0.236926885056189, 0.478628670499366, 0.568888888888889,
+                                  0.478628670499366, 0.236926885056189};
+    std::vector<GaussBasis> bases;
+    for (std::size_t k = 3; k + 4 < knots.size(); ++k) {
+        const double half = 0.5 * (knots[k + 1] - knots[k]);
+        if (!(half > 0.0)) continue;
+        for (std::size_t g = 0; g < 5; ++g) {
+            const double at = knots[k] + half * (1.0 + places[g]);
+            bases.push_back({cubic_basis(knots, at), half * weights[g]});
+        }
+    }
+    return bases;
+}
+
 }  // namespace
+
+double volume_part(const BsplineSurface& surface, const Vec3& origin) {
+    const std::vector<GaussBasis> along_u = gauss_bases(surface.knots_u);
+    const std::vector<GaussBasis> along_v = gauss_bases(surface.knots_v);
+    double sum = 0.0;
+    for (const auto& [bu, weight_u] : along_u) {
+        double row = 0.0;
+        for (const auto& [bv, weight_v] : along_v) {
+            Vec3 p = -origin, du = Vec3::Zero(), dv = Vec3::Zero();
+            for (int i = 0; i < 4; ++i) {
+                for (int j = 0; j < 4; ++j) {
+                    const Vec3 control = surface.point(bu.first + i, bv.first + j).transpose();
+                    p += bu.value[i] * bv.value[j] * control;
+                    du += bu.derivative[i] * bv.value[j] * control;
+                    dv += bu.value[i] * bv.derivative[j] * control;
+                }
+            }
+            row += weight_v * p.dot(du.cross(dv));
+        }
+        sum += weight_u * row;
+    }
+    return sum / 3.0;
+}
 
 BsplineCurve part(const BsplineCurve& curve, double begin, double end) {
     if (begin == curve.begin() && end == curve.end()) return curve;

@@ -23,11 +23,11 @@ std::string place(const Points& points, int v) {
 void require_finite(const TriangleMesh& mesh, const std::string& source) {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         for (const int v : mesh.triangles[t])
-            if (!mesh.points.row(v).allFinite())
+            if (!(mesh.points.row(v).cwiseAbs().maxCoeff() <= largest_coordinate))
                 throw base::InputError(
-                    fmt::format("{}: triangle {} has a point that is not finite; write the file "
-                                "again from its source",
-                                source, t));
+                    fmt::format("{}: triangle {} has a point that is not finite, or beyond {:g}; "
+                                "write the file again from its source",
+                                source, t + 1, largest_coordinate));
 }
 
 /// Numbers of points that are to be one: each the least number of its like.

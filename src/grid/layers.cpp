@@ -1,4 +1,5 @@
 #include "grid/front.h"
+#include "grid/memory.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
@@ -281,6 +282,7 @@ struct LayerGrid::State {
 
 LayerGrid::LayerGrid(const Plan& plan, const LayerOptions& options) : plan_(plan) {
     check(options);
+    require_memory(plan, options.cells + 1, options.cells + 1);
     state_ = std::make_unique<State>(plan);
     state_->fronts.push_back(state_->mesh.surface());
     Marcher marcher(state_->mesh);

@@ -73,7 +73,7 @@ geom::Vec3 LimitFace::at(double u, double v) {
         }
         if (nodes_[n].child[std::size_t(i)] < 0) {
             const subd::RingKind::Child& child = nodes_[n].kind->child(i);
-            Node next = make_node(*child.kind, child.matrix * nodes_[n].control);
+            Node next = make_node(*child.kind, child.matrix.apply(nodes_[n].control));
             nodes_[n].child[std::size_t(i)] = static_cast<std::int32_t>(nodes_.size());
             nodes_.push_back(std::move(next));
         }

@@ -2,6 +2,7 @@
 #include "grid/line_classes.h"
 #include "grid/line_density.h"
 #include "grid/line_ends.h"
+#include "grid/memory.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
@@ -294,10 +295,14 @@ Plan make_plan(const BlockLayout& layout, const PlanOptions& options) {
     });
     for (std::size_t e = 0; e < lengths.size(); ++e) {
         if (lengths[e] > 0.0) continue;
-        throw base::InvalidArgument(fmt::format(
+        throw base::InputError(fmt::format(
             "block edge {} has no length: its control points coincide; correct the cage", e));
     }
     const auto specs = edge_specs(layout, classes, densities, lengths, options);
+    double points = 0.0;
+    for (const EdgeSpec& spec : specs) points += spec.cells + 1;
+    // Parameter, share and position.
+    require_memory(points, points * 5 * sizeof(double));
     const auto corners = corner_points(layout, limit);
     const mesh::Topology& t = *layout.cage.topology;
     Plan plan{layout, std::vector<EdgePoints>(layout.edges.size())};

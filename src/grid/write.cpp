@@ -1,3 +1,4 @@
+#include "grid/memory.h"
 #include "grid/writer.h"
 
 #include <patchwright/base/error.h>
@@ -43,6 +44,7 @@ GridFormat grid_format(const std::filesystem::path& file) {
 GridQuality write_grid(const BlockSource& grid, const std::filesystem::path& file,
                        const GridWriteOptions& options) {
     const GridFormat format = grid_format(file);
+    require_memory(grid.plan(), grid.layers(), 0);
     const auto writer = format == GridFormat::Cgns     ? make_cgns_writer(grid, file, options)
                         : format == GridFormat::Plot3d ? make_plot3d_writer(grid, file, options)
                                                        : make_vtk_writer(grid, file, options);

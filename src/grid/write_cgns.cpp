@@ -34,7 +34,7 @@ class Names {
     }
 
   private:
-    std::set<std::string> used_;
+    std::set<std::string> used_{"DataClass", "DimensionalUnits"};  ///< nodes of the base as well
 };
 
 CGNS_ENUMT(LengthUnits_t) cgns_unit(base::LengthUnit unit) {
@@ -63,8 +63,9 @@ class CgnsWriter : public GridWriter {
         check(cg_units_write(CGNS_ENUMV(MassUnitsNull), cgns_unit(options.unit),
                              CGNS_ENUMV(TimeUnitsNull), CGNS_ENUMV(TemperatureUnitsNull),
                              CGNS_ENUMV(AngleUnitsNull)));
-        write_families();
+        // Families and zones are nodes of the base beside each other.
         Names names;
+        write_families(names);
         for (const Block& block : grid.plan().layout.blocks) {
             zone_names_.push_back(names.make(block.name));
         }
@@ -129,8 +130,7 @@ class CgnsWriter : public GridWriter {
     const std::string& family_of(int block) const {
         return families_.at(grid_.plan().layout.blocks[std::size_t(block)].family);
     }
-    void write_families() {
-        Names names;
+    void write_families(Names& names) {
         const auto add = [&](const std::string& name) {
             int family = 0;
             const std::string node = names.make(name);

@@ -1,3 +1,5 @@
+#include "mesh/two_face_vertices.h"
+
 #include <patchwright/base/error.h>
 #include <patchwright/mesh/cage.h>
 
@@ -6,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <optional>
 
 namespace patchwright::mesh {
 
@@ -27,6 +28,8 @@ class Checker {
 
     int run() {
         check_vertices_and_sizes();
+        vertex_of_file_ = remove_two_face_vertices(input_, points_);
+        if (!vertex_of_file_.empty()) find_faces();
         check_duplicates();
         collect_half_edges();
         const int flipped = orient();
@@ -36,15 +39,19 @@ class Checker {
 
     /// @param topology  of the same input, but for the sectors
     void check_sectors(const Topology& topology, const std::vector<SectorTagInput>& sectors) const {
-        for (const SectorTagInput& tag : sectors) {
+        for (std::size_t k = 0; k < sectors.size(); ++k) {
+            const SectorTagInput& tag = sectors[k];
             const VertexId v{tag.vertex};
             const CornerId c = find_corner(topology, FaceId{tag.face}, v);
-            if (!c.valid()) {
-                fail("sector: face {} has no vertex {}", tag.face, tag.vertex);
-            }
-            if (tag.angle > 0.0 && sector_corners(topology, c).empty()) {
-                fail("sector at vertex {}, face {}: no infinitely sharp edges bound it", tag.vertex,
-                     tag.face);
+            const std::string name = fmt::format("sector {} {}", number(tag.vertex) - 1, tag.face);
+            const auto& lines = input_.lines.sectors;
+            if (!c.valid()) fail_tag(name, lines, k, "the face does not have this vertex");
+            if (tag.angle == 0.0) continue;
+            const std::vector<CornerId> fan = sector_corners(topology, c);
+            // A dart's faces go all around from its only sharp edge back to it.
+            if (fan.empty() ||
+                (!topology.is_boundary(v) && topology.rotate(fan.back()) == fan.front())) {
+                fail_tag(name, lines, k, "its angle needs two infinitely sharp edges around it");
             }
         }
     }
@@ -56,10 +63,10 @@ class Checker {
         for (const VertexId v : topology.vertices()) {
             const int in_fan = topology.face_valence(v);
             if (in_fan != incidences[v.index()]) {
-                fail("vertex {} joins parts that share no edge there; split the vertex", v.value);
+                fail("{} joins parts that share no edge there; split the vertex", vertex(v.value));
             }
             if (!topology.is_boundary(v) && in_fan < 3) {
-                fail("inner vertex {} has only {} faces; remove it or split its faces", v.value,
+                fail("inner {} has only {} faces; remove it or split its faces", vertex(v.value),
                      in_fan);
             }
         }
@@ -72,6 +79,33 @@ class Checker {
             fmt::format("{}: {}", source_, fmt::format(format, std::forward<Args>(args)...)));
     }
 
+    static std::string with_line(std::string text, const std::vector<int>& lines, int k) {
+        if (!lines.empty()) text += fmt::format(" (line {})", lines[std::size_t(k)]);
+        return text;
+    }
+    /// "vertex 3 (line 7)", counted as in the file.
+    [[nodiscard]] std::string vertex(int v) const {
+        return with_line(fmt::format("vertex {}", number(v)), input_.lines.vertices, v);
+    }
+    [[nodiscard]] std::string face_name(int f) const {
+        return with_line(fmt::format("face {}", f + 1), input_.lines.faces, f);
+    }
+    [[nodiscard]] std::string edge(int a, int b) const {
+        return fmt::format("edge {}-{}", number(a), number(b));
+    }
+    /// Counted from 1, as vertices are in OBJ files.
+    [[nodiscard]] int number(int v) const {
+        return vertex_of_file_.empty() ? v + 1 : vertex_of_file_[std::size_t(v)] + 1;
+    }
+
+    /// A tag's k-th message; tags count from 0.
+    template <class... Args>
+    [[noreturn]] void fail_tag(const std::string& tag, const std::vector<int>& lines, std::size_t k,
+                               fmt::format_string<Args...> format, Args&&... args) const {
+        fail("{}: {} (tags count from 0)", with_line(tag, lines, int(k)),
+             fmt::format(format, std::forward<Args>(args)...));
+    }
+
     std::span<int> face(int f) {
         return {input_.face_vertices.data() + begin_[std::size_t(f)],
                 input_.face_vertices.data() + begin_[std::size_t(f) + 1]};
@@ -81,29 +115,36 @@ class Checker {
     void check_vertices_and_sizes() {
         if (input_.face_sizes.empty()) fail("holds no faces");
         for (Eigen::Index v = 0; v < points_.rows(); ++v) {
-            if (!points_.row(v).allFinite())
-                fail("vertex {} has a coordinate that is not finite", v);
+            if (!(points_.row(v).cwiseAbs().maxCoeff() <= geom::largest_coordinate))
+                fail("{} has a coordinate that is not a length up to {:g}", vertex(int(v)),
+                     geom::largest_coordinate);
         }
-        begin_.assign(input_.face_sizes.size() + 1, 0);
-        std::partial_sum(input_.face_sizes.begin(), input_.face_sizes.end(), begin_.begin() + 1);
+        find_faces();
         std::vector<int> last_face(std::size_t(input_.vertex_count), -1);
         for (int f = 0; f < face_count(); ++f) {
             if (input_.face_sizes[std::size_t(f)] < 3) {
-                fail("face {} has {} vertices; at least 3 are needed", f,
+                fail("{} has {} vertices; at least 3 are needed", face_name(f),
                      input_.face_sizes[std::size_t(f)]);
             }
             for (const int v : face(f)) {
                 if (v < 0 || v >= input_.vertex_count) {
-                    fail("face {} names vertex {}, but there are {}", f, v, input_.vertex_count);
+                    fail("{} names vertex {}, but there are {}", face_name(f), v + 1,
+                         input_.vertex_count);
                 }
-                if (last_face[std::size_t(v)] == f) fail("face {} has vertex {} twice", f, v);
+                if (last_face[std::size_t(v)] == f)
+                    fail("{} has {} twice", face_name(f), vertex(v));
                 last_face[std::size_t(v)] = f;
             }
         }
         const auto unused = std::find(last_face.begin(), last_face.end(), -1);
         if (unused != last_face.end()) {
-            fail("vertex {} belongs to no face; remove it", unused - last_face.begin());
+            fail("{} belongs to no face; remove it", vertex(int(unused - last_face.begin())));
         }
+    }
+
+    void find_faces() {
+        begin_.assign(input_.face_sizes.size() + 1, 0);
+        std::partial_sum(input_.face_sizes.begin(), input_.face_sizes.end(), begin_.begin() + 1);
     }
 
     void check_duplicates() {
@@ -116,8 +157,8 @@ class Checker {
         std::sort(sorted.begin(), sorted.end());
         for (std::size_t i = 1; i < sorted.size(); ++i) {
             if (sorted[i - 1].first == sorted[i].first) {
-                fail("faces {} and {} have the same vertices; remove one", sorted[i - 1].second,
-                     sorted[i].second);
+                fail("{} and {} have the same vertices; remove one",
+                     face_name(sorted[i - 1].second), face_name(sorted[i].second));
             }
         }
     }
@@ -139,8 +180,8 @@ class Checker {
             const HalfEdge& a = half_edges_[i - 2];
             const HalfEdge& c = half_edges_[i];
             if (a.low == c.low && a.high == c.high) {
-                fail("edge {}-{} has more than two faces ({}, {}, {}); split it", a.low, a.high,
-                     a.face, half_edges_[i - 1].face, c.face);
+                fail("{} has more than two faces: {}, {}, {}; split it", edge(a.low, a.high),
+                     face_name(a.face), face_name(half_edges_[i - 1].face), face_name(c.face));
             }
         }
     }
@@ -203,10 +244,8 @@ class Checker {
                     state = wanted;
                     part.push_back(n.face);
                 } else if (state != wanted) {
-                    fail(
-                        "faces around edge {}-{} cannot be oriented consistently (one-sided "
-                        "surface)",
-                        n.low, n.high);
+                    fail("faces around {} cannot be oriented consistently (one-sided surface)",
+                         edge(n.low, n.high));
                 }
             }
         }
@@ -232,51 +271,63 @@ class Checker {
         return sum;
     }
 
-    void check_vertex(std::string_view what, int v) const {
-        if (v < 0 || v >= input_.vertex_count) {
-            fail("{} names vertex {}, but there are {}", what, v, input_.vertex_count);
-        }
+    void check_tag(const std::string& name, const std::vector<int>& lines, std::size_t k, int v,
+                   double sharpness) const {
+        if (v < 0 || v >= input_.vertex_count)
+            fail_tag(name, lines, k, "there are {} vertices", input_.vertex_count);
+        if (!(sharpness >= 0.0))
+            fail_tag(name, lines, k, "sharpness {} is not a number >= 0", sharpness);
     }
 
-    void check_sharpness(std::string_view what, double sharpness) const {
-        if (!(sharpness >= 0.0)) fail("{}: sharpness {} is not a number >= 0", what, sharpness);
+    /// The number that a tag gives the vertex; others stay.
+    [[nodiscard]] int in_tag(int v) const {
+        return v < 0 || v >= input_.vertex_count ? v : number(v) - 1;
+    }
+
+    [[nodiscard]] bool is_edge(int a, int b) const {
+        const auto key = std::minmax(a, b);
+        const auto found = std::lower_bound(
+            half_edges_.begin(), half_edges_.end(), key, [](const HalfEdge& h, const auto& k) {
+                return std::tie(h.low, h.high) < std::tie(k.first, k.second);
+            });
+        return found != half_edges_.end() && found->low == key.first && found->high == key.second;
     }
 
     void check_tags() const {
-        for (const EdgeTagInput& tag : input_.creases) {
-            const std::string what = fmt::format("crease {}-{}", tag.v0, tag.v1);
-            check_vertex(what, tag.v0);
-            check_vertex(what, tag.v1);
-            check_sharpness(what, tag.sharpness);
-            const auto key = std::minmax(tag.v0, tag.v1);
-            const auto found = std::lower_bound(
-                half_edges_.begin(), half_edges_.end(), key, [](const HalfEdge& h, const auto& k) {
-                    return std::tie(h.low, h.high) < std::tie(k.first, k.second);
-                });
-            if (found == half_edges_.end() || found->low != key.first ||
-                found->high != key.second) {
-                fail("{}: there is no such edge", what);
-            }
+        for (std::size_t k = 0; k < input_.creases.size(); ++k) {
+            const EdgeTagInput& tag = input_.creases[k];
+            const auto name = fmt::format("crease {}-{}", in_tag(tag.v0), in_tag(tag.v1));
+            check_tag(name, input_.lines.creases, k, tag.v0, tag.sharpness);
+            check_tag(name, input_.lines.creases, k, tag.v1, tag.sharpness);
+            if (!is_edge(tag.v0, tag.v1))
+                fail_tag(name, input_.lines.creases, k, "there is no such edge");
         }
-        for (const VertexTagInput& tag : input_.corners) {
-            check_vertex("corner tag", tag.vertex);
-            check_sharpness(fmt::format("corner {}", tag.vertex), tag.sharpness);
+        for (std::size_t k = 0; k < input_.corners.size(); ++k) {
+            const auto [v, sharpness] = input_.corners[k];
+            check_tag(fmt::format("corner {}", in_tag(v)), input_.lines.corners, k, v, sharpness);
         }
-        for (const int v : input_.pins) check_vertex("pin", v);
-        for (const SectorTagInput& tag : input_.sectors) {
-            check_vertex("sector", tag.vertex);
-            const auto faces = static_cast<int>(input_.face_sizes.size());
-            if (tag.face < 0 || tag.face >= faces) {
-                fail("sector names face {}, but there are {}", tag.face, faces);
-            }
-            if (!(tag.angle >= 0.0 && tag.angle < 2.0 * M_PI)) {
-                fail("sector at vertex {}: angle {} degrees is not within 0 and 360", tag.vertex,
+        for (std::size_t k = 0; k < input_.pins.size(); ++k) {
+            const int v = input_.pins[k];
+            check_tag(fmt::format("pin {}", in_tag(v)), input_.lines.pins, k, v, 0.0);
+        }
+        for (std::size_t k = 0; k < input_.sectors.size(); ++k) check_sector(k);
+    }
+
+    void check_sector(std::size_t k) const {
+        const SectorTagInput& tag = input_.sectors[k];
+        const auto name = fmt::format("sector {} {}", in_tag(tag.vertex), tag.face);
+        const auto& lines = input_.lines.sectors;
+        check_tag(name, lines, k, tag.vertex, 0.0);
+        const auto faces = static_cast<int>(input_.face_sizes.size());
+        if (tag.face < 0 || tag.face >= faces)
+            fail_tag(name, lines, k, "there are {} faces", faces);
+        if (!(tag.angle >= 0.0 && tag.angle < 2.0 * M_PI)) {
+            fail_tag(name, lines, k, "angle {} degrees is not within 0 and 360",
                      tag.angle * 180.0 / M_PI);
-            }
-            for (const double n : tag.normal) {
-                if (!std::isfinite(n))
-                    fail("sector at vertex {}: normal is not finite", tag.vertex);
-            }
+        }
+        for (const double n : tag.normal) {
+            if (!(std::abs(n) <= geom::largest_coordinate))
+                fail_tag(name, lines, k, "the normal is not finite");
         }
     }
 
@@ -286,6 +337,7 @@ class Checker {
     std::vector<int> begin_;
     std::vector<HalfEdge> half_edges_;
     Facing facing_;
+    std::vector<int> vertex_of_file_;  ///< empty: all vertices are still there
 };
 
 }  // namespace
@@ -298,7 +350,9 @@ BuildResult build_cage(TopologyInput input, geom::Points points, std::string_vie
     }
     Checker checker(input, points, source, facing);
     BuildResult result;
+    const int given = input.vertex_count;
     result.flipped_faces = checker.run();
+    result.removed_vertices = given - input.vertex_count;
     std::vector<SectorTagInput> sectors;
     std::swap(sectors, input.sectors);  // they need fans that were checked
     auto topology = std::make_shared<const Topology>(input);
@@ -310,55 +364,6 @@ BuildResult build_cage(TopologyInput input, geom::Points points, std::string_vie
     }
     result.cage = {std::move(topology), std::move(points)};
     return result;
-}
-
-bool is_extraordinary(const Topology& topology, VertexId v) {
-    // Faces between one infinitely sharp edge and the next, counter-clockwise from the first
-    // half-edge.
-    std::vector<int> sectors{0};
-    const CornerId first = topology.corner(v);
-    const auto sharp = [&](CornerId c) { return std::isinf(topology.sharpness(topology.edge(c))); };
-    CornerId c = first;
-    do {
-        if (sharp(c) && c != first) sectors.push_back(0);
-        ++sectors.back();
-        if (topology.is_shifted(c)) return true;
-        c = topology.rotate(c);
-    } while (c.valid() && c != first);
-    const bool boundary = topology.is_boundary(v);
-    if (!boundary && !sharp(first) && sectors.size() > 1) {
-        sectors.front() += sectors.back();  // the last sector goes on in the first
-        sectors.pop_back();
-    }
-    const std::size_t sharp_edges = boundary             ? sectors.size() + 1
-                                    : sharp(first)       ? sectors.size()
-                                    : sectors.size() > 1 ? sectors.size()
-                                                         : 0;
-    const bool dart = !boundary && sharp_edges == 1;
-    const bool corner = std::isinf(topology.sharpness(v)) || sharp_edges > 2;
-    if (sharp_edges == 0) return corner || sectors[0] != 4;
-    const int regular = corner ? 1 : 2;
-    return dart || std::any_of(sectors.begin(), sectors.end(), [&](int n) { return n != regular; });
-}
-
-CageSummary summarise(const Topology& topology) {
-    CageSummary summary;
-    summary.vertices = topology.vertex_count();
-    summary.faces = topology.face_count();
-    for (const FaceId f : topology.faces()) summary.non_quads += topology.size(f) != 4 ? 1 : 0;
-    for (const EdgeId e : topology.edges()) {
-        if (topology.is_boundary(e)) {
-            ++summary.boundary_edges;
-        } else if (topology.sharpness(e) > 0.0) {
-            ++summary.creases;
-        }
-    }
-    for (const VertexId v : topology.vertices()) {
-        summary.corners += topology.tagged_sharpness(v) > 0.0 ? 1 : 0;
-        summary.pins += topology.is_pinned(v) ? 1 : 0;
-        summary.extraordinary += is_extraordinary(topology, v) ? 1 : 0;
-    }
-    return summary;
 }
 
 }  // namespace patchwright::mesh

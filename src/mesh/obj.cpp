@@ -29,7 +29,7 @@ class ObjParser {
         if (input_.group_names.empty()) input_.face_group.clear();
         geom::Points points =
             Eigen::Map<const geom::Points>(coordinates_.data(), input_.vertex_count, 3);
-        return {std::move(input_), std::move(points)};
+        return {std::move(input_), std::move(points), is_tagged_};
     }
 
   private:
@@ -58,10 +58,16 @@ class ObjParser {
         } else if (keyword == "g" || keyword == "o") {
             group(line, words);
         } else if (keyword == "t") {
+            is_tagged_ = true;
             tag(words);
         } else if (keyword == "#patchwright" && words.size() >= 2 && words[1] == "pin") {
-            for (std::size_t i = 2; i < words.size(); ++i) input_.pins.push_back(integer(words[i]));
+            is_tagged_ = true;
+            for (std::size_t i = 2; i < words.size(); ++i) {
+                input_.pins.push_back(integer(words[i]));
+                input_.lines.pins.push_back(line_number_);
+            }
         } else if (keyword == "#patchwright" && words.size() >= 2 && words[1] == "sector") {
+            is_tagged_ = true;
             sector(words);
         }
     }
@@ -73,6 +79,7 @@ class ObjParser {
         SectorTagInput tag{integer(words[2]), integer(words[3]), real(words[4]) * M_PI / 180.0, {}};
         for (std::size_t k = 5; k < words.size(); ++k) tag.normal[k - 5] = real(words[k]);
         input_.sectors.push_back(tag);
+        input_.lines.sectors.push_back(line_number_);
     }
 
     int integer(std::string_view word) const {
@@ -89,12 +96,13 @@ class ObjParser {
         if (words.size() < 4) fail("a vertex needs three coordinates");
         for (std::size_t i = 1; i <= 3; ++i) {
             const double value = real(words[i]);
-            if (!std::isfinite(value)) {
-                fail("vertex {} has the coordinate '{}', which is not finite",
-                     coordinates_.size() / 3, words[i]);
+            if (!(std::abs(value) <= geom::largest_coordinate)) {
+                fail("vertex {} has the coordinate '{}', which is not a length up to {:g}",
+                     input_.lines.vertices.size() + 1, words[i], geom::largest_coordinate);
             }
             coordinates_.push_back(value);
         }
+        input_.lines.vertices.push_back(line_number_);
     }
 
     void face(const std::vector<std::string_view>& words) {
@@ -104,16 +112,17 @@ class ObjParser {
             const int v = index < 0 ? known + index : index - 1;
             if (v < 0 || v >= known) {
                 fail("face {} names vertex {}, but {} vertices stand before it",
-                     input_.face_sizes.size(), index, known);
+                     input_.face_sizes.size() + 1, index, known);
             }
             input_.face_vertices.push_back(v);
         }
         if (words.size() < 4) {
-            fail("face {} has {} vertices; at least 3 are needed", input_.face_sizes.size(),
+            fail("face {} has {} vertices; at least 3 are needed", input_.face_sizes.size() + 1,
                  words.size() - 1);
         }
         input_.face_sizes.push_back(static_cast<int>(words.size()) - 1);
         input_.face_group.push_back(group_);
+        input_.lines.faces.push_back(line_number_);
     }
 
     void group(std::string_view line, const std::vector<std::string_view>& words) {
@@ -163,10 +172,12 @@ class ObjParser {
             if (i.empty() || i.size() % 2 != 0) fail("a crease needs pairs of vertices");
             for (std::size_t k = 0; 2 * k < i.size(); ++k) {
                 input_.creases.push_back({i[2 * k], i[2 * k + 1], sharpness(k, i.size() / 2)});
+                input_.lines.creases.push_back(line_number_);
             }
         } else if (name == "corner") {
             for (std::size_t k = 0; k < i.size(); ++k) {
                 input_.corners.push_back({i[k], sharpness(k, i.size())});
+                input_.lines.corners.push_back(line_number_);
             }
         } else if (name == "interpolateboundary") {
             if (i.size() != 1 || (i[0] != 1 && i[0] != 2)) {
@@ -180,6 +191,7 @@ class ObjParser {
     const std::string& source_;
     int line_number_ = 0;
     int group_ = -1;
+    bool is_tagged_ = false;
     std::map<std::string, int> group_numbers_;
     std::vector<double> coordinates_;
     TopologyInput input_;

@@ -15,6 +15,7 @@ namespace patchwright::mesh {
 struct RawObj {
     TopologyInput input;
     geom::Points points;
+    bool is_tagged = false;  ///< with what only a control mesh has
 };
 
 /// @throw InputError naming file and line of a malformed statement, or when there are no vertices

@@ -11,6 +11,9 @@
 #include <cstdint>
 #include <cstring>
 #include <iterator>
+#include <set>
+#include <span>
+#include <unordered_set>
 
 namespace patchwright::mesh {
 
@@ -111,8 +114,9 @@ class AsciiStl {
         if (words.size() != 4) fail("a vertex needs three coordinates");
         for (std::size_t k = 1; k <= 3; ++k) {
             const auto value = number_of<double>(words[k]);
-            if (!value || !std::isfinite(*value))
-                fail("the coordinate '{}' is not a finite number", words[k]);
+            if (!value || !(std::abs(*value) <= geom::largest_coordinate))
+                fail("the coordinate '{}' is not a length up to {:g}", words[k],
+                     geom::largest_coordinate);
             coordinates_.push_back(*value);
         }
         ++corners_;
@@ -137,28 +141,100 @@ bool is_ascii_stl(const std::string& bytes) {
     return bytes.find('\0') == std::string::npos;
 }
 
-geom::TriangleMesh obj_triangles(std::istream& stream, const std::string& source) {
-    RawObj raw = read_raw_obj(stream, source);
-    geom::TriangleMesh mesh;
-    mesh.points = std::move(raw.points);
-    mesh.part_names = std::move(raw.input.group_names);
-    std::size_t at = 0;
-    for (std::size_t f = 0; f < raw.input.face_sizes.size(); ++f) {
-        const int size = raw.input.face_sizes[f];
-        const auto v = [&](int k) { return raw.input.face_vertices[at + std::size_t(k % size)]; };
-        // Of a quad's diagonals the shorter one.
-        const auto gap = [&](int a, int b) {
-            return (mesh.points.row(v(a)) - mesh.points.row(v(b))).norm();
-        };
-        const int first = size == 4 && gap(1, 3) < gap(0, 2) ? 1 : 0;
-        for (int k = 1; k + 1 < size; ++k) {
-            mesh.triangles.push_back({v(first), v(first + k), v(first + k + 1)});
-            mesh.part.push_back(raw.input.face_group.empty() ? -1 : raw.input.face_group[f]);
-        }
-        at += std::size_t(size);
+/// Cuts polygons along lines that nothing else uses, so that no side gets more than two triangles.
+class Triangulator {
+  public:
+    explicit Triangulator(RawObj raw) : raw_(std::move(raw)) {
+        mesh_.points = std::move(raw_.points);
+        mesh_.part_names = std::move(raw_.input.group_names);
     }
-    return mesh;
-}
+
+    /// @param duplicates  becomes the number of triangles of polygons that have another's vertices
+    ///                    and were left out
+    geom::TriangleMesh run(int& duplicates) {
+        find_sides();
+        std::size_t at = 0;
+        for (std::size_t f = 0; f < raw_.input.face_sizes.size(); ++f) {
+            const auto size = std::size_t(raw_.input.face_sizes[f]);
+            part_ = raw_.input.face_group.empty() ? -1 : raw_.input.face_group[f];
+            const auto face = std::span<const int>(raw_.input.face_vertices).subspan(at, size);
+            at += size;
+            if (is_duplicate(face))
+                duplicates += int(size) - 2;
+            else
+                cut(face);
+        }
+        const Eigen::Index before = mesh_.points.rows();
+        mesh_.points.conservativeResize(before + Eigen::Index(middles_.size()), 3);
+        for (std::size_t k = 0; k < middles_.size(); ++k)
+            mesh_.points.row(before + Eigen::Index(k)) = middles_[k];
+        return std::move(mesh_);
+    }
+
+  private:
+    static std::uint64_t key(int a, int b) {
+        return std::uint64_t(std::min(a, b)) << 32 | std::uint64_t(std::max(a, b));
+    }
+
+    void find_sides() {
+        const auto& sizes = raw_.input.face_sizes;
+        if (std::all_of(sizes.begin(), sizes.end(), [](int size) { return size == 3; })) return;
+        std::size_t at = 0;
+        for (const int size : sizes) {
+            for (std::size_t k = 0; k < std::size_t(size); ++k)
+                lines_.insert(key(raw_.input.face_vertices[at + k],
+                                  raw_.input.face_vertices[at + (k + 1) % std::size_t(size)]));
+            at += std::size_t(size);
+        }
+    }
+
+    /// Of a polygon: triangles come later.
+    bool is_duplicate(std::span<const int> face) {
+        if (face.size() == 3) return false;
+        std::vector<int> sorted(face.begin(), face.end());
+        std::sort(sorted.begin(), sorted.end());
+        return !polygons_.insert(std::move(sorted)).second;
+    }
+
+    /// In a fan around its first vertex, of a quad the nearer to the one across; else the second;
+    /// else around a point in its middle.
+    void cut(std::span<const int> face) {
+        const auto gap = [&](std::size_t a, std::size_t b) {
+            return (mesh_.points.row(face[a]) - mesh_.points.row(face[b])).norm();
+        };
+        const std::size_t first = face.size() == 4 && gap(1, 3) < gap(0, 2) ? 1 : 0;
+        if (fan(face, first) || fan(face, 1 - first)) return;
+        Eigen::RowVector3d middle = Eigen::RowVector3d::Zero();
+        for (const int v : face) middle += mesh_.points.row(v) / double(face.size());
+        const int number = int(mesh_.points.rows()) + int(middles_.size());
+        middles_.push_back(middle);
+        for (std::size_t k = 0; k < face.size(); ++k)
+            add({number, face[k], face[(k + 1) % face.size()]});
+    }
+
+    bool fan(std::span<const int> face, std::size_t first) {
+        const auto v = [&](std::size_t k) { return face[(first + k) % face.size()]; };
+        for (std::size_t k = 2; k + 1 < face.size(); ++k)
+            if (lines_.contains(key(v(0), v(k)))) return false;
+        for (std::size_t k = 1; k + 1 < face.size(); ++k) {
+            if (k > 1) lines_.insert(key(v(0), v(k)));
+            add({v(0), v(k), v(k + 1)});
+        }
+        return true;
+    }
+
+    void add(const std::array<int, 3>& triangle) {
+        mesh_.triangles.push_back(triangle);
+        mesh_.part.push_back(part_);
+    }
+
+    RawObj raw_;
+    int part_ = -1;
+    std::unordered_set<std::uint64_t> lines_;  ///< sides of polygons and cuts; of triangles none
+    std::set<std::vector<int>> polygons_;      ///< vertices of each, rising
+    std::vector<Eigen::RowVector3d> middles_;
+    geom::TriangleMesh mesh_;
+};
 
 void describe_repair(TriangleFile& file, const std::string& source) {
     const geom::MeshRepair& r = file.repair;
@@ -181,9 +257,12 @@ TriangleFile read_triangles(const std::filesystem::path& path, double scale) {
     const std::string source = path.string();
     std::ifstream stream = open_mesh_file(path);
     TriangleFile file;
+    int duplicates = 0;
     if (lower_extension(path) == ".obj") {
         file.format = "OBJ";
-        file.mesh = obj_triangles(stream, source);
+        RawObj raw = read_raw_obj(stream, source);
+        file.is_control_mesh = raw.is_tagged;
+        file.mesh = Triangulator(std::move(raw)).run(duplicates);
     } else {
         const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
         const bool ascii = is_ascii_stl(bytes);
@@ -195,6 +274,7 @@ TriangleFile read_triangles(const std::filesystem::path& path, double scale) {
     }
     file.mesh.points *= scale;
     file.repair = geom::make_sound(file.mesh, source);
+    file.repair.duplicates += duplicates;
     describe_repair(file, source);
     return file;
 }

@@ -24,6 +24,28 @@ double monomial_coefficient(int power, std::size_t i) {
 
 }  // namespace
 
+TEST_CASE("the volume inside a closed surface is that of its parts", "[bspline][oracle]") {
+    geom::BsplineSurface s{{0, 0, 0, 0, 0.4, 1, 1, 1, 1}, {0, 0, 0, 0, 2, 2, 2, 2}, {}};
+    s.points.resize(20, 3);
+    // The plane z = 3 over [0, 5] x [0, 7]: a pyramid from the origin of a third of 5 * 7 * 3.
+    for (Eigen::Index i = 0; i < 5; ++i) {
+        // Greville abscissas make the parametrisation linear.
+        const double u = (s.knots_u[std::size_t(i) + 1] + s.knots_u[std::size_t(i) + 2] +
+                          s.knots_u[std::size_t(i) + 3]) /
+                         3.0;
+        for (Eigen::Index j = 0; j < 4; ++j) s.point(i, j) << 5.0 * u, 7.0 * double(j) / 3.0, 3.0;
+    }
+    CHECK(geom::volume_part(s, geom::Vec3::Zero()) == Approx(35.0).epsilon(1e-14));
+    CHECK(geom::volume_part(s, {1, 2, 3}) == Approx(0.0).margin(1e-12));
+    // z = x y over the unit square has the integral of z - x z_x - y z_y = -x y below it: -1/12.
+    geom::BsplineSurface saddle{{0, 0, 0, 0, 1, 1, 1, 1}, {0, 0, 0, 0, 1, 1, 1, 1}, {}};
+    saddle.points.resize(16, 3);
+    for (Eigen::Index i = 0; i < 4; ++i)
+        for (Eigen::Index j = 0; j < 4; ++j)
+            saddle.point(i, j) << double(i) / 3.0, double(j) / 3.0, double(i * j) / 9.0;
+    CHECK(geom::volume_part(saddle, geom::Vec3::Zero()) == Approx(-1.0 / 12.0).epsilon(1e-13));
+}
+
 TEST_CASE("cubic B-splines reproduce cubic polynomials", "[geom][oracle]") {
     geom::BsplineCurve curve{graded_knots, geom::Points(8, 3)};
     for (std::size_t i = 0; i < 8; ++i) {

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <sstream>
 
 namespace patchwright::mesh {
@@ -105,6 +106,32 @@ TEST_CASE("polygons of an OBJ file are cut into triangles", "[mesh][stl]") {
     CHECK(read.repair.free_sides == 5);
 }
 
+/// Sides by how many triangles they have.
+std::map<int, int> side_counts(const geom::TriangleMesh& mesh) {
+    std::map<std::pair<int, int>, int> uses;
+    for (const auto& t : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k) ++uses[std::minmax(t[k], t[(k + 1) % 3])];
+    std::map<int, int> counts;
+    for (const auto& [side, count] : uses) ++counts[count];
+    return counts;
+}
+
+TEST_CASE("cutting polygons gives no side more than two triangles", "[mesh][stl]") {
+    const std::string plate = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+    // Both sides of a plate are one.
+    const Scratch twice("twice.obj", plate + "f 1 2 3 4\nf 4 3 2 1\n");
+    const TriangleFile from_twice = read_triangles(twice.path());
+    CHECK(from_twice.repair.duplicates == 2);
+    CHECK(side_counts(from_twice.mesh) == std::map<int, int>{{1, 4}, {2, 1}});
+    // A pillow of two quads over one diagonal, whose other vertices differ.
+    const std::string ends = plate + "v 1 0.1 1\nv 0 0.9 1\n";
+    const Scratch pillow("pillow.obj", ends + "f 1 2 3 4\nf 1 6 3 5\nf 1 5 3 2\nf 1 4 3 6\n");
+    CHECK(side_counts(read_triangles(pillow.path()).mesh) == std::map<int, int>{{2, 12}});
+    // The shorter diagonal is an edge of the neighbour.
+    const Scratch taken("taken.obj", plate + "v 0 0 1\nf 1 2 3 4\nf 1 3 5\n");
+    CHECK(side_counts(read_triangles(taken.path()).mesh) == std::map<int, int>{{1, 7}, {2, 1}});
+}
+
 TEST_CASE("broken files are refused in one line", "[mesh][stl]") {
     const auto message = [](const std::string& name, const std::string& bytes) {
         const Scratch file(name, bytes);
@@ -127,7 +154,7 @@ TEST_CASE("broken files are refused in one line", "[mesh][stl]") {
     CHECK_THAT(message("a.stl", text.substr(0, text.find("endsolid"))), Contains("truncated"));
     CHECK_THAT(message("a.stl", "solid x\nendsolid x\n"), Contains("holds no triangles"));
     CHECK_THAT(message("a.stl", "solid x\nfacet\nvertex 0 nan 0\n"),
-               Contains("line 3: the coordinate 'nan' is not a finite number"));
+               Contains("line 3: the coordinate 'nan' is not a length"));
     CHECK_THAT(message("a.stl", "solid x\nfacet\nvertex 0 0 0\nvertex 0 1 0\nendloop\n"),
                Contains("line 5: a facet has 2 vertices"));
     CHECK_THAT(message("a.stl", "solid x\nhello\n"), Contains("'hello' is no word of an STL file"));

@@ -48,6 +48,10 @@ struct BsplineSurface {
     [[nodiscard]] Evaluation at(double u, double v) const;
 };
 
+/// The surface's part in the volume inside a closed one whose faces look outward, exact but for
+/// rounding: a third of the flux of the distance from `origin`.
+double volume_part(const BsplineSurface& surface, const Vec3& origin);
+
 /// The four cubic basis functions that are non-zero at `t`, with derivatives.
 struct BasisSpan {
     Eigen::Index first;  ///< index of the first of the four control points

@@ -8,6 +8,10 @@ namespace patchwright::geom {
 
 using Vec3 = Eigen::Vector3d;
 
+/// Larger numbers, and models smaller than the inverse, are no lengths: areas squared must neither
+/// overflow nor vanish in double precision.
+inline constexpr double largest_coordinate = 1e70;
+
 /// n x 3, one point a row, rows contiguous.
 using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 

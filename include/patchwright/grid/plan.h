@@ -71,7 +71,9 @@ struct Plan {
 };
 
 /// Places the points of all edges by arc length along the limit curves; each is evaluated once.
-/// @throw InvalidArgument for options out of range, families, edges or contradictory rules
+/// @throw InvalidArgument for options out of range, families, edges or contradictory rules, and for
+///        more points than memory holds
+/// @throw InputError when a block's edge has no length
 Plan make_plan(const BlockLayout& layout, const PlanOptions& options = {});
 
 /// Every 2^levels-th point; of blocks' inner points as well.

@@ -14,11 +14,12 @@ struct Cage {
     geom::Points points;  ///< one row a vertex
 };
 
-/// A checked cage and what had to be done to its orientation.
+/// A checked cage and what had to be done to it.
 struct BuildResult {
     Cage cage;
     int flipped_faces =
         0;  ///< faces whose vertex order was reversed; their first vertex stays first
+    int removed_vertices = 0;  ///< inner ones with two faces only; later ones moved up
 };
 
 /// Which way closed parts face in the end.
@@ -28,15 +29,17 @@ enum class Facing {
 };
 
 /// Checks and connects. Neighbouring faces that disagree in orientation are turned to the
-/// majority's side; closed parts then face outward unless asked otherwise.
+/// majority's side; closed parts then face outward unless asked otherwise. An inner vertex with two
+/// faces goes where it has no tag, both faces keep three vertices and its two edges are equally
+/// sharp and become one that is new.
 /// @param source  put before every message, usually the file name
-/// @throw InputError naming the first offending element (numbers count from 0): a face with fewer
-/// than
-///        three or with repeated vertices, a duplicate face, an index out of range, a non-finite
-///        coordinate, an edge with more than two faces, a vertex whose faces form more than one
-///        fan, an inner vertex with two faces only, an unused vertex, a one-sided (Moebius) part, a
-///        tag on an edge or vertex that does not exist, a negative or non-finite-but-not-infinite
-///        sharpness
+/// @throw InputError naming the first offending element (vertices and faces count from 1, as in an
+///        OBJ file, but for those of tags, which count from 0) and its line: a face with fewer than
+///        three or with repeated vertices, a duplicate face, an index out of range, a coordinate
+///        beyond geom::largest_coordinate, an edge with more than two faces, a vertex whose faces
+///        form more than one fan, an inner vertex with two faces that cannot go, an unused vertex,
+///        a one-sided (Moebius) part, a tag on an edge or vertex that does not exist, a negative or
+///        non-finite-but-not-infinite sharpness, a sector not bounded by two sharp edges
 BuildResult build_cage(TopologyInput input, geom::Points points, std::string_view source = "cage",
                        Facing facing = Facing::Outward);
 

@@ -16,6 +16,7 @@ struct TriangleFile {
     geom::TriangleMesh mesh;  ///< sound; millimetres
     geom::MeshRepair repair;
     std::string format;                ///< "STL binary", "STL ASCII" or "OBJ"
+    bool is_control_mesh = false;      ///< an OBJ file with tags of subdivision
     std::vector<std::string> notices;  ///< one line each, for the user
 };
 

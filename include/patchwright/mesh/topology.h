@@ -52,6 +52,11 @@ struct EdgeShiftInput {
     double shift;
 };
 
+/// Lines of a file, one an element, that messages name.
+struct SourceLines {
+    std::vector<int> vertices, faces, creases, corners, sectors, pins;
+};
+
 /// Polygons and tags as a file or a program gives them, unchecked.
 struct TopologyInput {
     int vertex_count = 0;
@@ -65,6 +70,7 @@ struct TopologyInput {
     std::vector<int> face_group;  ///< one a face, index into group_names; or empty: no names
     std::vector<std::string> group_names;
     BoundaryRule boundary_rule = BoundaryRule::EdgeOnly;
+    SourceLines lines;  ///< empty: not from a file
 };
 
 /// Immutable half-edge connectivity of oriented manifold polygons, with or without boundary.

@@ -1,0 +1,16 @@
+// Refusing grids before the memory for them is asked for.
+#pragma once
+
+#include <patchwright/grid/plan.h>
+
+namespace patchwright::grid {
+
+/// @param points  of the whole grid, for the message
+/// @throw InvalidArgument when the process cannot have so many bytes
+void require_memory(double points, double bytes);
+
+/// For a grid of so many points along k that is written block by block.
+/// @param kept_layers  of these, held for all blocks at once
+void require_memory(const Plan& plan, int layers, int kept_layers);
+
+}  // namespace patchwright::grid
