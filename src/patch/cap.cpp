@@ -133,7 +133,7 @@ struct CapBuilder::Sector {
 
     void descend() {
         const RingKind::Child& child = kind->child(corner);
-        local = (child.matrix * local).eval();
+        local = child.matrix.apply(local);
         kind = child.kind;
     }
     [[nodiscard]] Eigen::RowVector3d limit() const { return kind->corner(corner).limit * local; }
@@ -144,7 +144,7 @@ struct CapBuilder::Sector {
         for (int k = 0; k < 3; ++k) {
             const RingKind::Child& child = kind->child((corner + k + 1) % 4);
             PolynomialPiece piece;
-            piece.control = child.kind->regular() * (child.matrix * local);
+            piece.control = child.kind->regular() * child.matrix.apply(local);
             piece = seen_from(piece, corner);
             piece.u0 = origin[k][0];
             piece.v0 = origin[k][1];

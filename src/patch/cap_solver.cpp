@@ -1,13 +1,17 @@
 #include "patch/cap_solver.h"
 
-#include <Eigen/QR>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
 #include <cmath>
+#include <vector>
 
 namespace patchwright::patch {
 
 namespace {
 
 using Matrix = Eigen::MatrixXd;
+using Sparse = Eigen::SparseMatrix<double>;
+using Cholesky = Eigen::SimplicialLDLT<Sparse>;
 using Row = Eigen::RowVectorXd;
 
 /// Which unknown is which row of the vector of unknowns; -1 where there is none.
@@ -15,7 +19,8 @@ struct Unknowns {
     int x = -1, y = -1;  ///< the two vectors that span the tangent plane
     int twist = -1;      ///< point (1, 1) of the first face
     int dart = -1;       ///< point (2, 0) on a dart's sharp edge
-    int spread = 0;  ///< per smooth edge: half the difference of points (2, 1) and (1, 2) beside it
+    /// Plus the number of a smooth edge: half the difference of points (2, 1) and (1, 2) beside it.
+    int spread = 0;
     int first_side = -1, last_side = -1;  ///< points (2, 1) and (1, 2) beside the sharp edges
     int inner = 0;                        ///< per face: point (2, 2)
     int count = 0;
@@ -35,10 +40,11 @@ struct CapSolver::Plan {
     int n;
     double angle;
     Unknowns at;
-    Matrix influence;    ///< points x unknowns
-    Matrix bending;      ///< third derivatives x unknowns
-    Matrix energy;       ///< third derivatives x points
-    Matrix from_points;  ///< unknowns x points: the best unknowns, negated
+    Sparse influence;    ///< points x unknowns
+    Sparse energy;       ///< third derivatives x points
+    Sparse bending;      ///< third derivatives x unknowns
+    Sparse gram;         ///< of bending
+    Cholesky smoothest;  ///< of gram
 
     Plan(FanKind fan_kind, int size, double corner_angle)
         : kind(fan_kind),
@@ -51,8 +57,8 @@ struct CapSolver::Plan {
         if (kind != FanKind::Corner) at.y = next();
         if (!is_ring() || n % 2 == 0) at.twist = next();
         if (kind == FanKind::Dart) at.dart = next();
-        at.spread = at.count;
-        at.count += n;
+        at.spread = is_ring() ? at.count : at.count - 1;  // edge 0 of others is sharp
+        at.count += is_ring() ? n : n - 1;
         if (!is_ring()) {
             at.first_side = next();
             at.last_side = next();
@@ -60,12 +66,59 @@ struct CapSolver::Plan {
         at.inner = at.count;
         at.count += n;
 
-        influence = Matrix::Zero(cap_points * n, at.count);
-        fill(influence, Matrix::Identity(at.count, at.count));
+        influence = influence_of_unknowns();
         energy = energy_rows();
         bending = energy * influence;
-        from_points = bending.completeOrthogonalDecomposition().solve(energy);
+        gram = Sparse(bending.transpose()) * bending;
+        smoothest.compute(gram);
     }
+
+    /// Unknowns that belong to one face or edge act on the faces beside it only: many of them are
+    /// tried at once. Source: Curtis, Powell, Reid, On the estimation of sparse Jacobian matrices
+    /// (1974).
+    [[nodiscard]] Sparse influence_of_unknowns() const {
+        const int own = at.inner;  // where the unknowns begin that are one a face
+        const auto is_spread = [&](int k) {
+            return k >= first_spread() && k < first_spread() + spreads();
+        };
+        // Neighbouring edges have different colours, around odd rings too.
+        const auto colour = [&](int edge) {
+            return is_ring() && n % 2 == 1 && edge == n - 1 ? 2 : edge % 2;
+        };
+        std::vector<int> column(std::size_t(at.count));
+        constexpr int colours = 4;  // of edges, and one of faces
+        int columns = colours;
+        for (int k = 0; k < at.count; ++k)
+            column[std::size_t(k)] = k >= own       ? 3
+                                     : is_spread(k) ? colour(k - at.spread)
+                                                    : columns++;
+        Matrix trial = Matrix::Zero(at.count, columns);
+        for (int k = 0; k < at.count; ++k) trial(k, column[std::size_t(k)]) = 1.0;
+        Matrix effect = Matrix::Zero(Eigen::Index(cap_points) * n, columns);
+        fill(effect, trial);
+        std::vector<Eigen::Triplet<double>> entries;
+        const auto add = [&](int k, int face) {
+            for (int row = cap_row(face, 0, 0); row < cap_row(face + 1, 0, 0); ++row) {
+                const double value = effect(row, column[std::size_t(k)]);
+                if (value != 0.0) entries.emplace_back(row, k, value);
+            }
+        };
+        for (int k = 0; k < at.count; ++k) {
+            if (k >= own) {
+                add(k, k - own);
+            } else if (is_spread(k)) {
+                add(k, (k - at.spread) % n);
+                add(k, (k - at.spread + n - 1) % n);
+            } else {
+                for (int face = 0; face < n; ++face) add(k, face);
+            }
+        }
+        Sparse result(effect.rows(), at.count);
+        result.setFromTriplets(entries.begin(), entries.end());
+        return result;
+    }
+    [[nodiscard]] int spreads() const { return is_ring() ? n : n - 1; }
+    [[nodiscard]] int first_spread() const { return is_ring() ? at.spread : at.spread + 1; }
 
     [[nodiscard]] bool is_ring() const { return kind == FanKind::Ring; }
     [[nodiscard]] bool is_smooth(int edge) const { return is_ring() || (edge > 0 && edge < n); }
@@ -178,14 +231,14 @@ struct CapSolver::Plan {
 
     /// Third derivatives within the pieces, up to a common factor, along the lines of points that
     /// have unknowns.
-    [[nodiscard]] Matrix energy_rows() const {
+    [[nodiscard]] Sparse energy_rows() const {
         constexpr double third[4] = {-1, 3, -3, 1};
         constexpr double second[3] = {1, -2, 1};
         constexpr int lines = 4;  // the fifth one has no unknowns
         // Two derivatives one way and one the other come in three orders.
         const double mixed = std::sqrt(3.0);
-        Matrix rows = Matrix::Zero(Eigen::Index(n) * lines * 2 * 6, Eigen::Index(cap_points) * n);
-        Eigen::Index row = 0;
+        std::vector<Eigen::Triplet<double>> entries;
+        int row = 0;
         for (int s = 0; s < n; ++s) {
             for (int line = 0; line < lines; ++line) {
                 for (const bool along_i : {true, false}) {
@@ -193,12 +246,14 @@ struct CapSolver::Plan {
                         return along_i ? cap_row(s, k, l) : cap_row(s, l, k);
                     };
                     for (const int half : {0, 3}) {
-                        for (int k = 0; k < 4; ++k) rows(row, column(half + k, line)) = third[k];
+                        for (int k = 0; k < 4; ++k)
+                            entries.emplace_back(row, column(half + k, line), third[k]);
                         ++row;
                         for (const int start : {half, half + 1}) {
                             for (int k = 0; k < 3; ++k) {
-                                rows(row, column(start + k, line)) = -mixed * second[k];
-                                rows(row, column(start + k, line + 1)) = mixed * second[k];
+                                const double weight = mixed * second[k];
+                                entries.emplace_back(row, column(start + k, line), -weight);
+                                entries.emplace_back(row, column(start + k, line + 1), weight);
                             }
                             ++row;
                         }
@@ -206,6 +261,8 @@ struct CapSolver::Plan {
                 }
             }
         }
+        Sparse rows(row, Eigen::Index(cap_points) * n);
+        rows.setFromTriplets(entries.begin(), entries.end());
         return rows;
     }
 };
@@ -223,38 +280,43 @@ CapSolver::Net CapSolver::fit(const Net& points, const std::vector<Target>& targ
     Matrix known = points;
     plan.fill(known, Matrix::Zero(plan.at.count, 3));
     // Three times the unknowns, as normals couple the coordinates.
-    const Eigen::Index m = plan.at.count;
-    const Matrix bending = weight * plan.bending;
-    const Matrix rest = weight * plan.energy * known;
-    Matrix normal_matrix = Matrix::Zero(3 * m, 3 * m);
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(3 * m);
-    const Matrix gram = bending.transpose() * bending;
-    const Matrix gram_right = -bending.transpose() * rest;
-    for (Eigen::Index c = 0; c < 3; ++c) {
-        normal_matrix.block(c * m, c * m, m, m) = gram;
-        right.segment(c * m, m) = gram_right.col(c);
-    }
-    Eigen::VectorXd row(3 * m);
-    for (const Target& target : targets) {
+    const int m = plan.at.count;
+    const Eigen::SparseMatrix<double, Eigen::RowMajor> influence(plan.influence);
+    std::vector<Eigen::Triplet<double>> distances;  // targets x unknowns
+    Eigen::VectorXd distance(Eigen::Index(targets.size()));
+    for (std::size_t k = 0; k < targets.size(); ++k) {
+        const Target& target = targets[k];
         const auto [first_u, weights_u] = half_bernstein(target.u);
         const auto [first_v, weights_v] = half_bernstein(target.v);
-        Row of_unknowns = Row::Zero(m);
         Eigen::RowVector3d of_known = Eigen::RowVector3d::Zero();
         for (int i = 0; i < 4; ++i) {
             for (int j = 0; j < 4; ++j) {
                 const double w = weights_u[i] * weights_v[j];
                 const int point = cap_row(target.face, first_u + i, first_v + j);
-                of_unknowns += w * plan.influence.row(point);
                 of_known += w * known.row(point);
+                for (decltype(influence)::InnerIterator e(influence, point); e; ++e)
+                    for (int c = 0; c < 3; ++c)
+                        distances.emplace_back(int(k), c * m + int(e.col()),
+                                               target.normal[c] * w * e.value());
             }
         }
-        for (Eigen::Index c = 0; c < 3; ++c) {
-            row.segment(c * m, m) = target.normal[c] * of_unknowns.transpose();
-        }
-        normal_matrix += row * row.transpose();
-        right += row * target.normal.dot(target.point - of_known);
+        distance[Eigen::Index(k)] = target.normal.dot(target.point - of_known);
     }
-    const Eigen::VectorXd solution = normal_matrix.completeOrthogonalDecomposition().solve(right);
+    Sparse rows(Eigen::Index(targets.size()), Eigen::Index(3) * m);
+    rows.setFromTriplets(distances.begin(), distances.end());
+    Eigen::VectorXd right = rows.transpose() * distance;
+    const Matrix rest = plan.bending.transpose() * (plan.energy * known);
+    std::vector<Eigen::Triplet<double>> bending;
+    for (int c = 0; c < 3; ++c) {
+        right.segment(Eigen::Index(c) * m, m) -= weight * weight * rest.col(c);
+        for (int k = 0; k < m; ++k)
+            for (Sparse::InnerIterator e(plan.gram, k); e; ++e)
+                bending.emplace_back(c * m + int(e.row()), c * m + k, weight * weight * e.value());
+    }
+    Sparse normal_matrix(Eigen::Index(3) * m, Eigen::Index(3) * m);
+    normal_matrix.setFromTriplets(bending.begin(), bending.end());
+    normal_matrix += Sparse(rows.transpose()) * rows;
+    const Eigen::VectorXd solution = Cholesky(normal_matrix).solve(right);
     Matrix unknown(m, 3);
     for (Eigen::Index c = 0; c < 3; ++c) unknown.col(c) = solution.segment(c * m, m);
     known = points;
@@ -265,7 +327,8 @@ CapSolver::Net CapSolver::fit(const Net& points, const std::vector<Target>& targ
 CapSolver::Net CapSolver::solve(const Net& points) const {
     Matrix known = points;
     plan_->fill(known, Matrix::Zero(plan_->at.count, 3));
-    const Matrix unknown = -plan_->from_points * known;
+    const Matrix unknown =
+        -plan_->smoothest.solve(plan_->bending.transpose() * (plan_->energy * known));
     known = points;
     plan_->fill(known, unknown);
     return known;

@@ -67,6 +67,12 @@ void build_caps(SurfaceSource& source, const ExtractOptions& options) {
     std::vector<Fan> irregular;
     for (const mesh::VertexId v : t.vertices()) {
         for (Fan& fan : fans_around(t, v)) {
+            if (fan.is_controlled) {
+                throw base::InputError(fmt::format(
+                    "sector at vertex {} (counted from 0): no finite number of bicubic pieces "
+                    "has the shape that its angle makes; take the angle away (0), or use a grid",
+                    v.value));
+            }
             if (!fan.is_regular()) irregular.push_back(std::move(fan));
         }
     }

@@ -45,8 +45,9 @@ std::vector<Fan> fans_around(const Topology& t, VertexId v) {
     if (sharp_edges == 2 && !corner) kind = FanKind::Crease;
     std::vector<Fan> fans;
     for (const CornerId at : around) {
-        if (fans.empty() || sharp(at)) fans.push_back({v, kind, {}});
+        if (fans.empty() || sharp(at)) fans.push_back({v, kind, false, {}});
         fans.back().corners.push_back(at);
+        if (t.is_shifted(at)) fans.back().is_controlled = true;
     }
     return fans;
 }

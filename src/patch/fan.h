@@ -27,6 +27,7 @@ constexpr bool has_tangent_plane(FanKind kind) {
 struct Fan {
     mesh::VertexId vertex;
     FanKind kind = FanKind::Ring;
+    bool is_controlled = false;  ///< a sector's angle makes the rules of its edges
     /// Per face its corner at the vertex, which is the half-edge that leaves the vertex clockwise.
     std::vector<mesh::CornerId> corners;
 

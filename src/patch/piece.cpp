@@ -59,7 +59,7 @@ void collect_pieces(const RingKind& kind, const Points& local, const Square& squ
     if (c.shape == FaceShape::OneCorner && square.level == hole[std::size_t(c.corner)]) return;
     for (int i = 0; i < 4; ++i) {
         const RingKind::Child& child = kind.child(i);
-        collect_pieces(*child.kind, child.matrix * local, square.child(i), hole, pieces);
+        collect_pieces(*child.kind, child.matrix.apply(local), square.child(i), hole, pieces);
     }
 }
 

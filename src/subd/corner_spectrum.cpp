@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <Eigen/SVD>
+#include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -199,12 +200,22 @@ TangentRows rows_of(const Matrix& form, const std::vector<PowerPart>& parts,
 
 }  // namespace
 
-Eigen::RowVectorXd limit_row(const Matrix& matrix) {
-    const Eigen::Index n = matrix.rows();
-    Matrix system(n + 1, n);
-    system.topRows(n) = matrix.transpose() - Matrix::Identity(n, n);
-    system.row(n).setOnes();
-    return system.colPivHouseholderQr().solve(Eigen::VectorXd::Unit(n + 1, n)).transpose();
+Eigen::RowVectorXd limit_row(const Stencils& matrix) {
+    const int n = matrix.rows();
+    // The sum in place of one of the equations x (matrix - 1) = 0, which the others imply.
+    std::vector<Eigen::Triplet<double>> entries;
+    for (int row = 0; row < n; ++row) {
+        for (auto e = matrix.begin[std::size_t(row)]; e < matrix.begin[std::size_t(row) + 1]; ++e) {
+            const int column = matrix.index[std::size_t(e)];
+            if (column + 1 < n) entries.emplace_back(column, row, matrix.weight[std::size_t(e)]);
+        }
+        if (row + 1 < n) entries.emplace_back(row, row, -1.0);
+        entries.emplace_back(n - 1, row, 1.0);
+    }
+    Eigen::SparseMatrix<double> system(n, n);
+    system.setFromTriplets(entries.begin(), entries.end());
+    const Eigen::SparseLU<Eigen::SparseMatrix<double>> solver(system);
+    return solver.solve(Eigen::VectorXd::Unit(n, n - 1)).transpose();
 }
 
 Matrix growing_part(const Matrix& matrix, double bound) {

@@ -1,12 +1,14 @@
 // What repeated subdivision towards a vertex leaves: limits and tangent planes from the spectrum.
 #pragma once
 
+#include <patchwright/subd/stencils.h>
+
 #include <Eigen/Core>
 
 namespace patchwright::subd {
 
 /// The left eigenvector of eigenvalue 1 of a subdivision matrix, scaled to sum 1: the limit's mask.
-Eigen::RowVectorXd limit_row(const Eigen::MatrixXd& matrix);
+Eigen::RowVectorXd limit_row(const Stencils& matrix);
 
 /// Masks of a face around one of its vertices, n columns each.
 struct CornerProbes {

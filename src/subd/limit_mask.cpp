@@ -52,6 +52,29 @@ class MaskWork {
         columns_ = matrix.cols();
         std::swap(data_, other_);
     }
+    void multiply(const Stencils& matrix) {
+        other_.assign(std::size_t(count_ * matrix.columns), 0.0);
+        Rows result(other_.data(), count_, matrix.columns);
+        const Rows from = rows();
+        for (int k = 0; k < matrix.rows(); ++k) {
+            for (auto e = matrix.begin[std::size_t(k)]; e < matrix.begin[std::size_t(k) + 1]; ++e)
+                result.col(matrix.index[std::size_t(e)]) +=
+                    matrix.weight[std::size_t(e)] * from.col(k);
+        }
+        columns_ = matrix.columns;
+        std::swap(data_, other_);
+    }
+    /// The same so many times, less what the rows have of eigenvalue 1, whose left eigenvector is
+    /// `limit`: its rounding would outlive everything else, and so differences from the limit keep
+    /// all their digits however many the steps.
+    void contract(const Stencils& matrix, const Eigen::RowVectorXd& limit, int steps) {
+        for (int step = 0; step < steps; ++step) {
+            multiply(matrix);
+            Rows now = rows();
+            for (Eigen::Index row = 0; row < count_; ++row)
+                now.row(row) -= now.row(row).sum() * limit;
+        }
+    }
 
   private:
     std::vector<double> data_, other_;
@@ -124,12 +147,9 @@ Smoothness mask_rows(const RingKind& kind, double u, double v, int sector, int o
         const int levels = -exponent;
         if (levels > 0) {
             const Smoothness smoothness = magnified(levels, kind);
-            const RingKind::Contraction& powers = kind.contraction(i);
-            int left = levels;
-            for (; left > 64; left -= 64) work.multiply(powers.eights[7]);
-            if (left / 8 > 0) work.multiply(powers.eights[std::size_t(left / 8 - 1)]);
-            if (left % 8 > 0) work.multiply(powers.ones[std::size_t(left % 8 - 1)]);
-            work.rows().row(0) += kind.corner(i).limit;
+            const Eigen::RowVectorXd& limit = kind.corner(i).limit;
+            work.contract(kind.child(i).matrix, limit, levels);
+            work.rows().row(0) += limit;
             scale_derivatives(work, levels);
             return smoothness;
         }

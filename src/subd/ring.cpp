@@ -103,6 +103,20 @@ Eigen::MatrixXd regular_matrix(const Topology& t) {
     return grid;
 }
 
+/// rows * matrix
+Eigen::MatrixXd product(const Eigen::MatrixXd& rows, const Stencils& matrix) {
+    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(rows.rows(), matrix.columns);
+    for (int k = 0; k < matrix.rows(); ++k) {
+        for (auto e = matrix.begin[std::size_t(k)]; e < matrix.begin[std::size_t(k) + 1]; ++e)
+            result.col(matrix.index[std::size_t(e)]) += matrix.weight[std::size_t(e)] * rows.col(k);
+    }
+    return result;
+}
+
+Eigen::MatrixXd dense(const Stencils& matrix) {
+    return product(Eigen::MatrixXd::Identity(matrix.rows(), matrix.rows()), matrix);
+}
+
 /// A value for each of a face's corners, computed by the first thread that asks.
 template <class T>
 class PerCorner {
@@ -127,13 +141,11 @@ class PerCorner {
 }  // namespace
 
 struct RingKind::Lazy {
-    explicit Lazy(int corners)
-        : children(1), corner(corners), tangent_plane(corners), contraction(corners) {}
+    explicit Lazy(int corners) : children(1), corner(corners), tangent_plane(corners) {}
 
     PerCorner<std::vector<Child>> children;  // all at once
     PerCorner<Corner> corner;
     PerCorner<TangentPlane> tangent_plane;
-    PerCorner<Contraction> contraction;
 };
 
 RingKind::RingKind(RingTable& table, int number, std::shared_ptr<const Topology> local)
@@ -151,13 +163,15 @@ const RingKind::Child& RingKind::child(int i) const {
         std::vector<Child> made;
         for (int k = 0; k < size(); ++k) {
             const Ring ring = table_.ring(*fine.topology, FaceId{k});
-            Child child{ring.kind, Eigen::MatrixXd::Zero(ring.kind->slots(), slots())};
-            for (std::size_t row = 0; row < ring.vertices.size(); ++row) {
-                const auto from = std::size_t(ring.vertices[row]);
+            Child child{ring.kind, {}};
+            child.matrix.columns = slots();
+            for (const std::int32_t vertex : ring.vertices) {
+                const auto from = std::size_t(vertex);
                 for (auto e = fine.stencils.begin[from]; e < fine.stencils.begin[from + 1]; ++e) {
-                    child.matrix(Eigen::Index(row), fine.stencils.index[std::size_t(e)]) +=
-                        fine.stencils.weight[std::size_t(e)];
+                    child.matrix.index.push_back(fine.stencils.index[std::size_t(e)]);
+                    child.matrix.weight.push_back(fine.stencils.weight[std::size_t(e)]);
                 }
+                child.matrix.begin.push_back(std::int64_t(child.matrix.index.size()));
             }
             made.push_back(std::move(child));
         }
@@ -174,23 +188,20 @@ const RingKind::TangentPlane& RingKind::tangent_plane(int i) const {
     return lazy_->tangent_plane.get(i, [&] { return make_tangent_plane(i); });
 }
 
-const RingKind::Contraction& RingKind::contraction(int i) const {
-    return lazy_->contraction.get(i, [&] { return make_contraction(i); });
-}
-
 RingKind::Corner RingKind::make_corner(int i) const {
     const Child& next = child(i);
     if (next.kind == this) return {limit_row(next.matrix)};
     // Children of other polygons than quads start at the parent's vertex.
-    return {next.kind->corner(size() == 4 ? i : 0).limit * next.matrix};
+    return {product(next.kind->corner(size() == 4 ? i : 0).limit, next.matrix)};
 }
 
 RingKind::TangentPlane RingKind::make_tangent_plane(int i) const {
     const Child& next = child(i);
     if (next.kind != this) {
         const TangentPlane& fine = next.kind->tangent_plane(size() == 4 ? i : 0);
-        return {fine.rows * next.matrix, fine.eigenvalue};
+        return {product(fine.rows, next.matrix), fine.eigenvalue};
     }
+    if (is_smooth_ring(i)) return smooth_tangent_plane(i);
     const Eigen::RowVectorXd limit = corner(i).limit;
     const double u = at_end_u(i) ? 1 : 0, v = at_end_v(i) ? 1 : 0;
     // Along the parameters' axes, which lead away from the corner or against that.
@@ -211,27 +222,53 @@ RingKind::TangentPlane RingKind::make_tangent_plane(int i) const {
     const CornerId own = local_->corners(FaceId{0})[i];
     const CornerId beside = local_->twin(local_->previous(own));
     const bool controlled = local_->is_shifted(own) || local_->is_shifted(beside);
-    TangentRows tangents = tangent_rows(next.matrix, probes, controlled ? 0.5 : 1.0);
+    TangentRows tangents = tangent_rows(dense(next.matrix), probes, controlled ? 0.5 : 1.0);
     if (tangents.rows.size() == 0) return {Eigen::MatrixXd::Zero(2, slots()), 0.0};
     return {std::move(tangents.rows), tangents.eigenvalue};
 }
 
-RingKind::Contraction RingKind::make_contraction(int i) const {
-    const Eigen::RowVectorXd& limit = corner(i).limit;
-    // Rows sum to the rounding of those of the matrix; that part must not stay either.
-    const auto cleaned = [&](Eigen::MatrixXd m) {
-        m -= m.rowwise().sum() * limit;
-        return m;
+bool RingKind::is_smooth_ring(int i) const {
+    const Topology& t = *local_;
+    const CornerId first = t.corners(FaceId{0})[i];
+    if (t.sharpness(t.vertex(first)) > 0.0) return false;
+    CornerId c = first;
+    do {
+        if (t.size(t.face(c)) != 4 || t.sharpness(t.edge(c)) > 0.0 || t.is_shifted(c) ||
+            t.is_shifted(t.twin(c)))
+            return false;
+        c = t.rotate(c);
+    } while (c.valid() && c != first);
+    return c.valid();
+}
+
+// Halstead, Kass, DeRose, Efficient, fair interpolation using Catmull-Clark surfaces (1993),
+// appendix A: the direction along an edge weighs what lies at an angle from it by cosines.
+RingKind::TangentPlane RingKind::smooth_tangent_plane(int i) const {
+    const Topology& t = *local_;
+    const CornerId own = t.corners(FaceId{0})[i];
+    const int n = t.face_valence(t.vertex(own));
+    const double angle = 2.0 * M_PI / n, c = std::cos(angle);
+    const double edge_weight = 1.0 + c + std::cos(0.5 * angle) * std::sqrt(2.0 * (9.0 + c));
+    TangentPlane plane{Eigen::MatrixXd::Zero(2, slots()),
+                       (5.0 + c + std::sqrt((9.0 + c) * (1.0 + c))) / 16.0};
+    // Spokes by their angles from the one that leaves the corner in the face; the face's other side
+    // is the next one. Of the two sides the even corners' first is along u.
+    const auto add = [&](Eigen::Index row, double from, double sign) {
+        CornerId spoke = own;
+        for (int k = 0; k < n; ++k, spoke = t.rotate(spoke)) {
+            const double at = k * angle - from;
+            plane.rows(row, t.vertex(t.next(spoke)).value) += sign * edge_weight * std::cos(at);
+            plane.rows(row, t.vertex(t.next(t.next(spoke))).value) +=
+                sign * (std::cos(at) + std::cos(at + angle));
+        }
     };
-    Contraction powers;
-    const Eigen::MatrixXd one = cleaned(child(i).matrix.rowwise() - limit);
-    powers.ones[0] = one;
-    for (std::size_t k = 1; k < 8; ++k) powers.ones[k] = cleaned(powers.ones[k - 1] * one);
-    powers.eights[0] = powers.ones[7];
-    for (std::size_t k = 1; k < 8; ++k) {
-        powers.eights[k] = cleaned(powers.eights[k - 1] * powers.ones[7]);
-    }
-    return powers;
+    const Eigen::Index leaving = i % 2;  // row of the side that leaves the corner
+    const auto sign = [&](Eigen::Index row) {
+        return (row == 0 ? at_end_u(i) : at_end_v(i)) ? -1.0 : 1.0;
+    };
+    add(leaving, 0.0, sign(leaving));
+    add(1 - leaving, angle, sign(1 - leaving));
+    return plane;
 }
 
 RingTable::RingTable() = default;

@@ -136,5 +136,5 @@ TEST_CASE("sector tags are read, checked and written", "[subd][errors]") {
     CHECK_THROWS_AS(read("#patchwright sector 0 0 360\n"), base::InputError);
     std::istringstream cube(mesh::obj_text(test::cube(1.0)) + "#patchwright sector 0 0 90\n");
     CHECK_THROWS_WITH(mesh::read_obj(cube, "x.obj"),
-                      Catch::Contains("no infinitely sharp edges bound it"));
+                      Catch::Contains("its angle needs two infinitely sharp edges"));
 }

@@ -63,6 +63,7 @@ struct Extraction {
 /// Source: control points are blossoms of the regular pieces around an extraordinary vertex; see
 /// src/decisions/007-caps.md.
 /// @throw InvalidArgument when the tolerance is not positive or the depth out of range
+/// @throw InputError when a sector's angle makes rules inside it
 Extraction extract(const mesh::Cage& cage, const ExtractOptions& options = {});
 
 /// The middle of every crease edge's curve, one row each; empty when there are none.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <patchwright/mesh/topology.h>
+#include <patchwright/subd/stencils.h>
 
 #include <Eigen/Core>
 #include <array>
@@ -38,7 +39,7 @@ class RingKind {
 
     struct Child {
         const RingKind* kind;
-        Eigen::MatrixXd matrix;  ///< child's slots x this kind's slots
+        Stencils matrix;  ///< child's slots x this kind's slots
     };
 
     [[nodiscard]] int slots() const { return local_->vertex_count(); }
@@ -74,16 +75,6 @@ class RingKind {
     /// Whether child `i` is of this very kind again: an extraordinary vertex that stays.
     [[nodiscard]] bool is_stationary(int i) const { return child(i).kind == this; }
 
-    /// Powers of child(i).matrix - 1 l with l = corner(i).limit: what is left of many steps beside
-    /// the limit. Without the part of eigenvalue 1, whose rounding would outlive everything else,
-    /// differences from the limit keep all their digits however many the steps.
-    struct Contraction {
-        std::array<Eigen::MatrixXd, 8> ones;    ///< 1, 2, ..., 8 steps
-        std::array<Eigen::MatrixXd, 8> eights;  ///< 8, 16, ..., 64 steps
-    };
-    /// @pre is_stationary(i)
-    [[nodiscard]] const Contraction& contraction(int i) const;
-
     /// The neighbourhood as a mesh of its own; the face is number 0, slots are vertices. Tags are
     /// complete for the edges and vertices that act on the face only.
     [[nodiscard]] const mesh::Topology& local() const { return *local_; }
@@ -97,7 +88,8 @@ class RingKind {
 
     Corner make_corner(int i) const;
     TangentPlane make_tangent_plane(int i) const;
-    Contraction make_contraction(int i) const;
+    [[nodiscard]] bool is_smooth_ring(int i) const;
+    [[nodiscard]] TangentPlane smooth_tangent_plane(int i) const;
 
     // What is computed when first asked for.
     struct Lazy;
