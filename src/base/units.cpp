@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -30,6 +31,17 @@ const UnitRow& row_of(LengthUnit unit) { return unit_table[static_cast<std::size
 double millimetres_per(LengthUnit unit) { return row_of(unit).millimetres; }
 
 std::string_view short_name(LengthUnit unit) { return row_of(unit).name; }
+
+std::optional<LengthUnit> likely_unit(double millimetres) {
+    const auto factor = [&](const UnitRow& row) {
+        return std::max(millimetres / row.millimetres, row.millimetres / millimetres);
+    };
+    const UnitRow& nearest = *std::min_element(
+        unit_table.begin(), unit_table.end(),
+        [&](const UnitRow& a, const UnitRow& b) { return factor(a) < factor(b); });
+    if (factor(nearest) < 2.0) return nearest.unit;
+    return std::nullopt;
+}
 
 LengthUnit parse_length_unit(std::string_view text) {
     for (const UnitRow& row : unit_table) {

@@ -19,8 +19,6 @@ namespace {
 constexpr double caps_share = 0.05;
 /// Levels of a made cage that may gain nothing: another cage may serve better.
 constexpr int idle_levels = 2;
-/// A cage of less or more than this times the model's size is likely to be in another unit.
-constexpr double least_cage_size = 0.5, largest_cage_size = 2.0;
 
 /// How far a fit grows: a made cage that is too coarse by more is better made anew.
 struct Growth {
@@ -88,12 +86,6 @@ class AttemptRunner {
         const AttemptPlan& plan = attempt.plan;
         if (plan.given) {
             attempt.cage = *options_.cage;
-            const double ratio = geom::bounding_box(attempt.cage.points).diagonal() / diagonal();
-            if (ratio < least_cage_size || ratio > largest_cage_size)
-                notice(
-                    fmt::format("the cage is {:.3g} times as large as the model; if its unit is "
-                                "another one, pass --cage-unit",
-                                ratio));
             return;
         }
         if (!attempts.empty() && attempts.back().plan.same_cage(plan)) {
@@ -181,6 +173,7 @@ class AttemptRunner {
         const double tolerance = options_.tolerance_mm;
         const Shape shape = make_shape(attempt.fitted, options_.shape,
                                        {caps_share * tolerance, tolerance}, &surface());
+        for (const std::string& text : shape.notices) notice(text);
         clock.end("patch");
         std::optional<occ::CadModel> written;
         if (may_win(attempt, attempts)) {

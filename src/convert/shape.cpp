@@ -6,7 +6,10 @@
 #include <patchwright/occ/assemble.h>
 #include <patchwright/occ/inspect.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <string_view>
 
 namespace patchwright::convert {
 
@@ -38,6 +41,31 @@ report::DeviationFigures::LongSharpCurves long_sharp_curves(const geom::ModelSur
     return result;
 }
 
+/// Names of more bytes keep their beginning and their end: readers of STEP, the kernel's among
+/// them, have buffers of a few thousand bytes for one, and characters take up to ten.
+constexpr std::size_t longest_name = 256;
+
+std::string shortened(const std::string& name) {
+    constexpr std::size_t kept_end = 40;  // holds the number of the patch
+    constexpr std::string_view gap = "...";
+    const auto inside_character = [&](std::size_t k) { return (name[k] & 0xC0) == 0x80; };
+    std::size_t begin = longest_name - kept_end - gap.size(), end = name.size() - kept_end;
+    while (begin > 0 && inside_character(begin)) --begin;
+    while (end < name.size() && inside_character(end)) ++end;
+    return name.substr(0, begin).append(gap).append(name.substr(end));
+}
+
+/// @return how many were too long
+int shorten_names(patch::PatchSet& patches) {
+    int count = 0;
+    for (patch::Patch& patch : patches.patches) {
+        if (patch.name.size() <= longest_name) continue;
+        patch.name = shortened(patch.name);
+        ++count;
+    }
+    return count;
+}
+
 }  // namespace
 
 Shape make_shape(const mesh::Cage& cage, const ShapeOptions& options, ShapeTolerance tolerance,
@@ -47,6 +75,7 @@ Shape make_shape(const mesh::Cage& cage, const ShapeOptions& options, ShapeToler
                                                          .tolerance_mm = tolerance.caps_mm,
                                                          .cap_depth = options.cap_depth});
     describe_patches(extraction.patches, options.colouring, source, tolerance.whole_mm);
+    const int shortened_names = shorten_names(extraction.patches);
     Shape shape{
         .model = occ::assemble(extraction.patches),
         .patches = {.count = static_cast<int>(extraction.patches.patches.size()),
@@ -57,6 +86,10 @@ Shape make_shape(const mesh::Cage& cage, const ShapeOptions& options, ShapeToler
         .singular_points = patch::singular_points(extraction),
         .closed = mesh::summarise(*cage.topology).boundary_edges == 0,
         .tolerance_mm = tolerance.whole_mm};
+    if (shortened_names > 0)
+        shape.notices.push_back(
+            fmt::format("{} names of faces have more than {} bytes and were shortened",
+                        shortened_names, longest_name));
     for (patch::Patch& patch : extraction.patches.patches) {
         shape.patches.control_points += static_cast<int>(patch.surface.points.rows());
         shape.surfaces.push_back(std::move(patch.surface));
@@ -102,7 +135,10 @@ measure::VerdictFigures verdict_figures(const ShapeFigures& figures, bool closed
         result.self_intersecting_faces->at = figures.self_intersections.front().point;
     if (closed) result.free_edges = solid.free_edges;
     // Formats without solids give none back, and no volume.
-    if (solid.solids > 0) result.volume_mm3 = solid.volume;
+    if (solid.solids > 0) {
+        result.volume_mm3 = solid.volume;
+        result.area_mm2 = solid.area;
+    }
     return result;
 }
 

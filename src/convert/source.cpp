@@ -80,6 +80,7 @@ Source read_mesh(const std::string& file, const SourceOptions& options) {
         .mesh = std::make_shared<const geom::MeshReference>(std::move(result.mesh), reference),
         .bodies = result.repair.bodies,
         .repair = result.repair,
+        .is_control_mesh = result.is_control_mesh,
         .options = options,
         .notices = result.notices};
     source.figures = mesh_figures(file, *source.mesh, result.repair);

@@ -45,9 +45,12 @@ class Assessment {
             failures(Requirement::Valid, Failures{*f_.valid ? 0 : 1, std::nullopt},
                      "another cage (--target-faces, --layout, --cage)");
         bodies();
-        if (f_.volume_mm3)
-            add(Requirement::Volume, Quantity::Volume, {*f_.volume_mm3, std::nullopt}, 0.0,
-                *f_.volume_mm3 > 0.0, "turning the faces of the cage, or a thicker model");
+        if (f_.volume_mm3) {
+            // A film has its area on both sides.
+            const double film = 0.5 * least_thickness_mm * f_.area_mm2;
+            add(Requirement::Volume, Quantity::Volume, {*f_.volume_mm3, std::nullopt}, film,
+                *f_.volume_mm3 > film, "a cage that encloses a volume");
+        }
         angle(Requirement::Folds, f_.fold_rad, fold_limit_rad,
               "more faces there (--target-faces), or a cage without folds (--cage)");
         angle(Requirement::Kinks, f_.kink_rad, kink_limit_rad,

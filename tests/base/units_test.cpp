@@ -13,6 +13,15 @@ TEST_CASE("lengths with units are read", "[base]") {
     CHECK(base::parse_length("2ft").in_millimetres(1.0) == Approx(609.6));
 }
 
+TEST_CASE("a unit is known by its size", "[base]") {
+    using base::LengthUnit;
+    CHECK(base::likely_unit(25.0) == LengthUnit::Inch);
+    CHECK(base::likely_unit(320.0) == LengthUnit::Foot);
+    CHECK(base::likely_unit(1.9) == LengthUnit::Millimetre);
+    CHECK_FALSE(base::likely_unit(2.1).has_value());
+    CHECK_FALSE(base::likely_unit(1e6).has_value());
+}
+
 TEST_CASE("what is no length is refused", "[base]") {
     for (const char* text :
          {"", "mm", "0mm", "-1mm", "1", "1furlong", "nanmm", "infmm", "1e-4 rel"}) {

@@ -72,6 +72,12 @@ TEST_CASE("every condition can fail by itself, with its name, place and remedy",
         {Requirement::Bodies, [](auto& f) { f.bodies = 2; }, "2 bodies where the input has 1",
          false},
         {Requirement::Volume, [](auto& f) { f.volume_mm3 = 0.0; }, "the volume is 0", false},
+        {Requirement::Volume,
+         [](auto& f) {
+             f.volume_mm3 = 4e-8;  // a film of 0.4e-7 mm and 1 mm^2 on each side
+             f.area_mm2 = 2.0;
+         },
+         "the volume is 4e-08", false},
         {Requirement::Folds,
          [&](auto& f) {
              f.fold_rad = measure::Worst{3.0, place};

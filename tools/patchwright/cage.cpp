@@ -21,6 +21,7 @@ int make_cage_file(const CageCommandOptions& options) {
     base::parse_length(options.tolerance);
     Run run(options.common);
     const convert::Source source = read_source(run, options.input, options.read);
+    refuse_control_mesh(source);
     const double diagonal = source.input.diagonal;
     const cage::CageResult made = cage::make_cage(
         source.surface(), {.method = options.cage.method,

@@ -94,8 +94,14 @@ int Run::finish() {
 mesh::Cage read_cage(Run& run, const std::string& file, base::LengthUnit unit) {
     mesh::BuildResult result = mesh::read_obj(std::filesystem::path(file));
     result.cage.points *= base::millimetres_per(unit);
-    if (!(geom::bounding_box(result.cage.points).diagonal() > 0.0))
-        throw base::InputError(fmt::format("{}: all vertices are in one place", file));
+    const double diagonal = geom::bounding_box(result.cage.points).diagonal();
+    if (!(diagonal >= 1.0 / geom::largest_coordinate))
+        throw base::InputError(
+            fmt::format("{}: all vertices are in one place, within {:.3g} mm", file, diagonal));
+    if (result.removed_vertices > 0) {
+        run.notice(fmt::format("{}: {} inner vertices with two faces only were removed", file,
+                               result.removed_vertices));
+    }
     run.report.cage = mesh::summarise(*result.cage.topology);
     if (result.flipped_faces > 0) {
         run.notice(fmt::format("{}: {} faces were turned to agree with the others", file,

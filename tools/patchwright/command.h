@@ -2,6 +2,7 @@
 #pragma once
 
 #include <patchwright/base/budget.h>
+#include <patchwright/base/error.h>
 #include <patchwright/base/stage_clock.h>
 #include <patchwright/base/units.h>
 #include <patchwright/mesh/cage.h>
@@ -69,7 +70,18 @@ class Run {
 };
 
 /// Reads a cage whose numbers are in `unit`, in millimetres; fills report.cage.
+/// @throw InputError as mesh::read_obj, or when the cage is too small for double precision
 mesh::Cage read_cage(Run& run, const std::string& file, base::LengthUnit unit);
+
+/// Calls `body`; errors of what `file` holds name it.
+template <class Body>
+auto naming(const std::string& file, Body&& body) {
+    try {
+        return std::forward<Body>(body)();
+    } catch (const base::InputError& error) {
+        throw base::InputError(file + ": " + error.what());
+    }
+}
 
 /// Writes a cage, atomically, in `unit`.
 void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUnit unit);

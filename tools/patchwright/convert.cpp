@@ -39,6 +39,7 @@ int convert_file(const ConvertCommandOptions& options) {
     Run run(options.common);
     const base::Budget budget = run.budget(options.fit.time_limit_s);
     const convert::Source source = read_source(run, options.input, options.read);
+    refuse_control_mesh(source);
     if (source.model)
         for (const auto& [a, b] : occ::overlapping_solids(*source.model))
             run.notice(fmt::format("solids {} and {} of {} overlap; they stay separate bodies", a,

@@ -107,8 +107,8 @@ int eval(const EvalOptions& options) {
     std::vector<subd::Location> places;
     for (const std::string& text : options.at) places.push_back(parse_location(text));
     Run run(options.common);
-    const mesh::Cage cage =
-        subd::control_normals(read_cage(run, options.cage, base::LengthUnit::Millimetre));
+    const mesh::Cage given = read_cage(run, options.cage, base::LengthUnit::Millimetre);
+    const mesh::Cage cage = naming(options.cage, [&] { return subd::control_normals(given); });
     const subd::LimitEvaluator evaluator(cage.topology);
     nlohmann::ordered_json all = nlohmann::ordered_json::array();
     for (const subd::Location& at : places) {

@@ -1,6 +1,7 @@
 #include "options.h"
 
 #include <patchwright/base/error.h>
+#include <patchwright/occ/assemble.h>
 #include <patchwright/subd/normal_control.h>
 
 #include <fmt/format.h>
@@ -30,13 +31,16 @@ int export_cage(const ExportOptions& options) {
     Run run(options.common);
     run.report.unit = output_unit(options.output, cage_unit);
     const mesh::Cage cage = read_cage(run, options.cage, cage_unit);
+    occ::check_size(geom::bounding_box(cage.points), options.cage);
     run.end_stage("read");
     convert::ShapeOptions making = options.output.shape;
     making.write.unit = run.report.unit;
     const double tolerance =
         length_mm(options.tolerance, geom::bounding_box(cage.points).diagonal());
-    const convert::Shape shape =
-        convert::make_shape(subd::control_normals(cage), making, {tolerance, tolerance});
+    const convert::Shape shape = naming(options.cage, [&] {
+        return convert::make_shape(subd::control_normals(cage), making, {tolerance, tolerance});
+    });
+    for (const std::string& text : shape.notices) run.notice(text);
     run.end_stage("patch");
     const occ::CadModel written =
         convert::write_and_read_back(shape, options.output.file, making.write);

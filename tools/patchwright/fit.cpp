@@ -20,6 +20,7 @@ int fit_file(const FitCommandOptions& options) {
     Run run(options.common);
     const base::Budget budget = run.budget(options.fit.time_limit_s);
     const convert::Source source = read_source(run, options.input, options.read);
+    refuse_control_mesh(source);
     convert::Conversion fitted = convert::fit_only(
         source, convert_options(run, source, options.fit, options.cage, options.cage_file), budget);
     for (const auto& [stage, seconds] : fitted.seconds) run.add_stage(stage, seconds);

@@ -87,16 +87,19 @@ int make_grid(const GridOptions& options) {
     const double diagonal = geom::bounding_box(cage.points).diagonal();
     run.end_stage("read");
 
-    grid::BlockLayout layout = grid::make_layout(
-        subd::control_normals(cage), options.blocks == "faces"    ? grid::BlockCovering::Faces
-                                     : options.blocks == "charts" ? grid::BlockCovering::Charts
-                                                                  : grid::BlockCovering::Groups);
+    const mesh::Cage controlled = naming(options.cage, [&] { return subd::control_normals(cage); });
+    grid::BlockLayout layout =
+        grid::make_layout(controlled, options.blocks == "faces"    ? grid::BlockCovering::Faces
+                                      : options.blocks == "charts" ? grid::BlockCovering::Charts
+                                                                   : grid::BlockCovering::Groups);
     if (options.join) layout = grid::join_all(layout);
     grid::PlanOptions wanted = plan_options(options, diagonal);
     if (!options.rules.empty()) {
         wanted.rules = read_grid_rules(options.rules, layout, cage_unit, diagonal);
     }
-    const grid::Plan plan = grid::coarsened(grid::make_plan(layout, wanted), options.coarsen);
+    const grid::Plan plan = naming(options.cage, [&] {
+        return grid::coarsened(grid::make_plan(layout, wanted), options.coarsen);
+    });
     run.end_stage("plan");
 
     grid::GridQuality quality;

@@ -6,6 +6,22 @@
 
 namespace patchwright::cli {
 
+namespace {
+
+/// @param ratio  the cage's diagonal by the model's
+void note_cage_size(Run& run, const std::string& file, base::LengthUnit unit, double ratio) {
+    constexpr double least = 0.5, largest = 2.0;
+    if (ratio >= least && ratio <= largest) return;
+    const auto likely = base::likely_unit(base::millimetres_per(unit) / ratio);
+    const std::string advice = likely ? fmt::format("its unit is likely {0}: pass --cage-unit {0}",
+                                                    base::short_name(*likely))
+                                      : std::string("no other --cage-unit makes them alike");
+    run.notice(
+        fmt::format("{}: the cage is {:.3g} times as large as the model; {}", file, ratio, advice));
+}
+
+}  // namespace
+
 void add_input_options(CLI::App& command, InputOptions& options) {
     command.add_option("--input-unit", options.unit,
                        "overrides the unit written in the input; STL and OBJ have none: mm");
@@ -88,10 +104,21 @@ convert::ConvertOptions convert_options(Run& run, const convert::Source& source,
                                     .refinement = fit.refinement,
                                     .symmetry = fit.symmetry,
                                     .max_levels = fit.max_levels};
-    if (!cage_file.empty())
-        options.cage = read_cage(run, cage_file, base::parse_length_unit(fit.cage_unit));
+    if (!cage_file.empty()) {
+        const auto unit = base::parse_length_unit(fit.cage_unit);
+        options.cage = read_cage(run, cage_file, unit);
+        note_cage_size(run, cage_file, unit,
+                       geom::bounding_box(options.cage->points).diagonal() / source.input.diagonal);
+    }
     note_chord_error(run, source, options.tolerance_mm);
     return options;
+}
+
+void refuse_control_mesh(const convert::Source& source) {
+    if (!source.is_control_mesh) return;
+    throw base::InputError(
+        fmt::format("{}: this is a control mesh, as its tags tell: use export, or --cage for it",
+                    source.input.file));
 }
 
 double length_mm(const std::string& text, double diagonal_mm) {

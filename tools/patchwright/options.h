@@ -75,6 +75,9 @@ convert::ConvertOptions convert_options(Run& run, const convert::Source& source,
                                         const FitArguments& fit, const CageArguments& cage,
                                         const std::string& cage_file);
 
+/// @throw InputError where the source is a control mesh and not a model to be approximated by one
+void refuse_control_mesh(const convert::Source& source);
+
 /// In millimetres, of this diagonal.
 /// @throw InvalidArgument when the text is no length
 double length_mm(const std::string& text, double diagonal_mm);

@@ -15,6 +15,10 @@ double millimetres_per(LengthUnit unit);
 /// Short name as used on the command line and in reports: "mm", "cm", "m", "in", "ft".
 std::string_view short_name(LengthUnit unit);
 
+/// The unit that is nearest to so many millimetres, by their ratio; empty when it is off by a
+/// factor of 2 or more.
+std::optional<LengthUnit> likely_unit(double millimetres);
+
 /// @throw InvalidArgument when `text` is none of mm, cm, m, in, ft
 LengthUnit parse_length_unit(std::string_view text);
 

@@ -45,10 +45,11 @@ struct Shape {
     report::PatchFigures patches;
     std::vector<geom::BsplineSurface> surfaces;  ///< one a patch
     std::vector<geom::BsplineCurve> creases;
-    geom::Points crease_points;    ///< one on each crease edge
-    geom::Points singular_points;  ///< vertices without a tangent plane
-    bool closed = false;           ///< the cage has no boundary edges
-    double tolerance_mm = 0.0;     ///< ShapeTolerance::whole_mm
+    geom::Points crease_points;        ///< one on each crease edge
+    geom::Points singular_points;      ///< vertices without a tangent plane
+    bool closed = false;               ///< the cage has no boundary edges
+    double tolerance_mm = 0.0;         ///< ShapeTolerance::whole_mm
+    std::vector<std::string> notices;  ///< one line each, for the user
 };
 
 /// @param source  what the cage was fitted to: names faces and colours them by deviation

@@ -28,9 +28,10 @@ struct Source {
     std::shared_ptr<const occ::CadReference> cad;     ///< of `model`, if asked for
     report::InputFigures input;
     report::SolidFigures figures;
-    int bodies = 0;           ///< faces that hang together
-    occ::ReadReport read;     ///< of CAD models
-    geom::MeshRepair repair;  ///< of triangles
+    int bodies = 0;                ///< faces that hang together
+    occ::ReadReport read;          ///< of CAD models
+    geom::MeshRepair repair;       ///< of triangles
+    bool is_control_mesh = false;  ///< polygons with tags of subdivision
     SourceOptions options;
     std::vector<std::string> notices;  ///< one line each, for the user
 

@@ -17,7 +17,7 @@ enum class Requirement {
     Closed,             ///< no free edges where the input has none
     Valid,              ///< for the CAD kernel
     Bodies,             ///< as many as in the input
-    Volume,             ///< of closed bodies: positive
+    Volume,             ///< of closed bodies: more than that of a film of their area
     Folds,              ///< normals of output and input agree
     Kinks,              ///< tangent planes agree across edges that are meant to be smooth
     SelfIntersections,  ///< no face intersects itself
@@ -65,6 +65,7 @@ struct VerdictFigures {
     std::optional<bool> valid;
     std::optional<int> bodies, bodies_of_input;
     std::optional<double> volume_mm3;  ///< of closed bodies
+    double area_mm2 = 0.0;             ///< of what has the volume
     std::optional<Worst> fold_rad;     ///< largest angle between the normals of output and input
     std::optional<Worst> kink_rad;     ///< beyond the tolerance from vertices without tangent plane
     std::optional<Failures> self_intersecting_faces;
@@ -96,6 +97,9 @@ struct Verdict {
 /// Limits: normals of output and input agree to within 45 degrees, tangent planes across smooth
 /// edges to within 1 degree; the other limits are the tolerance, the input's numbers, or zero.
 inline constexpr double fold_limit_rad = 0.785398163397448, kink_limit_rad = 0.0174532925199433;
+
+/// Closed bodies are thicker than what the CAD kernel tells apart.
+inline constexpr double least_thickness_mm = 1e-7;
 
 /// The one place where it is decided whether a result is good.
 /// @throw InvalidArgument when distances are given without a tolerance

@@ -4,7 +4,16 @@
 #include <patchwright/occ/cad_model.h>
 #include <patchwright/patch/patch_set.h>
 
+#include <string>
+
 namespace patchwright::occ {
+
+/// The CAD kernel tells points apart that are 1e-7 mm from each other, whatever the model's size:
+/// coordinates must be known to that, and the model must be large beside it.
+inline constexpr double largest_coordinate_mm = 1e7, least_diagonal_mm = 1e-2;
+
+/// @throw InputError, with `source` before the message, when these limits are exceeded
+void check_size(const geom::Box3& box, const std::string& source);
 
 /// Builds vertices, edges and faces directly, shared as in the patch set, with straight p-curves on
 /// the surfaces' natural boundaries; nothing is sewn. Each connected closed component becomes a

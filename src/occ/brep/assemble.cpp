@@ -3,6 +3,7 @@
 #include "occ/kernel_guard.h"
 
 #include <patchwright/base/error.h>
+#include <patchwright/base/parallel.h>
 #include <patchwright/occ/assemble.h>
 
 #include <BRep_Builder.hxx>
@@ -24,7 +25,6 @@
 #include <TopoDS_Wire.hxx>
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <map>
@@ -259,7 +259,8 @@ class Assembler {
     }
 
     ShellPart make_part(const std::vector<int>& patches) {
-        ShellPart part{.closed = is_closed(patches), .volume = volume(patches)};
+        ShellPart part{.closed = is_closed(patches)};
+        if (part.closed) part.volume = volume(patches);
         builder_.MakeShell(part.shell);
         for (const int p : patches) {
             builder_.Add(part.shell, faces_[std::size_t(p)]);
@@ -285,25 +286,15 @@ class Assembler {
         return true;
     }
 
-    /// Six times the volume inside the control nets, which has the solid's sign unless it is
-    /// hair-thin.
+    /// Inside the surfaces, which a cage may contain the other way round.
     [[nodiscard]] double volume(const std::vector<int>& part) const {
-        double sum = 0.0;
         const geom::Vec3 origin = set_.vertices.row(0).transpose();
-        for (const int p : part) {
-            const geom::BsplineSurface& s = set_.patches[std::size_t(p)].surface;
-            for (Eigen::Index i = 0; i + 1 < s.rows(); ++i) {
-                for (Eigen::Index j = 0; j + 1 < s.columns(); ++j) {
-                    const auto at = [&](Eigen::Index k, Eigen::Index l) -> geom::Vec3 {
-                        return s.point(k, l).transpose() - origin;
-                    };
-                    const geom::Vec3 a = at(i, j), b = at(i + 1, j), c = at(i + 1, j + 1),
-                                     d = at(i, j + 1);
-                    sum += a.dot(b.cross(c)) + a.dot(c.cross(d));
-                }
-            }
-        }
-        return sum;
+        std::vector<double> shares(part.size());
+        base::parallel_for(part.size(), 1, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t k = begin; k < end; ++k)
+                shares[k] = geom::volume_part(set_.patches[std::size_t(part[k])].surface, origin);
+        });
+        return std::accumulate(shares.begin(), shares.end(), 0.0);
     }
 
     void describe_faces(CadModel::Impl& impl) const {
@@ -329,6 +320,23 @@ class Assembler {
 };
 
 }  // namespace
+
+void check_size(const geom::Box3& box, const std::string& source) {
+    const double largest = std::max(box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff());
+    if (!(largest <= largest_coordinate_mm)) {
+        throw base::InputError(fmt::format(
+            "{}: coordinates up to {:.3g} mm are beyond {:g} mm, where the CAD kernel's "
+            "resolution of {:g} mm is lost in rounding; move the model to the origin, "
+            "or see --cage-unit",
+            source, largest, largest_coordinate_mm, Precision::Confusion()));
+    }
+    if (!(box.diagonal() >= least_diagonal_mm)) {
+        throw base::InputError(
+            fmt::format("{}: the model is {:.3g} mm across, less than {:g} mm, which the CAD "
+                        "kernel's resolution of {:g} mm needs; scale it, or see --cage-unit",
+                        source, box.diagonal(), least_diagonal_mm, Precision::Confusion()));
+    }
+}
 
 CadModel assemble(const patch::PatchSet& patches) {
     if (patches.patches.empty()) throw base::InvalidArgument("there are no patches to assemble");

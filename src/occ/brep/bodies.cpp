@@ -3,6 +3,7 @@
 #include <BRepClass3d_SolidClassifier.hxx>
 #include <BRep_Builder.hxx>
 #include <Precision.hxx>
+#include <TopExp_Explorer.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Solid.hxx>
 
@@ -12,11 +13,23 @@ namespace patchwright::occ {
 
 namespace {
 
+/// Face by face: of a solid's outer shell the kernel's STEP and IGES writers forget that it is
+/// reversed as a whole.
+TopoDS_Shell turned(const TopoDS_Shell& shell) {
+    const BRep_Builder builder;
+    TopoDS_Shell result;
+    builder.MakeShell(result);
+    for (TopExp_Explorer it(shell, TopAbs_FACE); it.More(); it.Next())
+        builder.Add(result, it.Current().Reversed());
+    result.Closed(shell.Closed());
+    return result;
+}
+
 TopoDS_Solid solid_of(const ShellPart& part) {
     const BRep_Builder builder;
     TopoDS_Solid solid;
     builder.MakeSolid(solid);
-    builder.Add(solid, part.volume < 0.0 ? part.shell.Reversed() : TopoDS_Shape(part.shell));
+    builder.Add(solid, part.volume < 0.0 ? turned(part.shell) : part.shell);
     return solid;
 }
 
