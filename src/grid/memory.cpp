@@ -20,8 +20,7 @@ void require_memory(double points, double bytes) {
 }
 
 void require_memory(const Plan& plan, int layers, int kept_layers) {
-    constexpr double point = 3 * sizeof(double), fields = 4 * sizeof(float);
-    constexpr double buffers = 2;  // one is evaluated while the other is written
+    constexpr double coordinates = 3 * sizeof(double);
     double largest = 0.0;
     for (std::size_t b = 0; b < plan.layout.blocks.size(); ++b) {
         const auto [ni, nj] = plan.size(int(b));
@@ -29,7 +28,7 @@ void require_memory(const Plan& plan, int layers, int kept_layers) {
     }
     const double surface = double(plan.point_count());
     require_memory(surface * layers,
-                   buffers * largest * (point + fields) + surface * kept_layers * point);
+                   largest * block_point_bytes + surface * kept_layers * coordinates);
 }
 
 }  // namespace patchwright::grid

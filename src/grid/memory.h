@@ -5,6 +5,10 @@
 
 namespace patchwright::grid {
 
+/// Of a block that is written: position and fields, once while it is evaluated and once while it is
+/// written.
+inline constexpr double block_point_bytes = 2 * (3 * sizeof(double) + 4 * sizeof(float));
+
 /// @param points  of the whole grid, for the message
 /// @throw InvalidArgument when the process cannot have so many bytes
 void require_memory(double points, double bytes);

@@ -247,6 +247,25 @@ std::vector<EdgeSpec> edge_specs(const BlockLayout& layout, const LineClasses& c
     return specs;
 }
 
+/// Of the points on edges, and of the largest block while it is written.
+void check_memory(const BlockLayout& layout, const std::vector<EdgeSpec>& specs) {
+    constexpr double edge_point = 5 * sizeof(double);  // parameter, share and position
+    double edge_points = 0.0, points = 0.0, largest = 0.0;
+    for (const EdgeSpec& spec : specs) edge_points += spec.cells + 1;
+    for (const Block& block : layout.blocks) {
+        double size = 1.0;
+        for (const std::size_t side : {0U, 1U}) {
+            double along = 1.0;
+            for (const auto& use : block.sides[side])
+                along += specs[std::size_t(use.edge)].cells;
+            size *= along;
+        }
+        points += size;
+        largest = std::max(largest, size);
+    }
+    require_memory(points, edge_points * edge_point + largest * block_point_bytes);
+}
+
 }  // namespace
 
 std::array<int, 2> Plan::size(int block) const {
@@ -299,10 +318,7 @@ Plan make_plan(const BlockLayout& layout, const PlanOptions& options) {
             "block edge {} has no length: its control points coincide; correct the cage", e));
     }
     const auto specs = edge_specs(layout, classes, densities, lengths, options);
-    double points = 0.0;
-    for (const EdgeSpec& spec : specs) points += spec.cells + 1;
-    // Parameter, share and position.
-    require_memory(points, points * 5 * sizeof(double));
+    check_memory(layout, specs);
     const auto corners = corner_points(layout, limit);
     const mesh::Topology& t = *layout.cage.topology;
     Plan plan{layout, std::vector<EdgePoints>(layout.edges.size())};

@@ -174,7 +174,7 @@ def one_case(program, seed, number, keep):
         if result.returncode in (0, 3):
             check_outputs(program, arguments, outputs, result, cage, source, folder)
         else:
-            lines = [line for line in errors.splitlines() if not line.startswith("note: ")]
+            lines = [line for line in errors.rstrip("\n").split("\n") if not line.startswith("note: ")]
             require(len(lines) == 1, f"{len(lines)} lines of error: {errors[-300:]}")
             require(sorted(os.listdir(place)) == sorted(f.name for f in outputs), f"left {os.listdir(place)}")
             require(all(f.read_bytes() == OLD for f in outputs), "the old output is lost")
