@@ -23,7 +23,7 @@ std::string place(const Points& points, int v) {
 void require_finite(const TriangleMesh& mesh, const std::string& source) {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         for (const int v : mesh.triangles[t])
-            if (!(mesh.points.row(v).cwiseAbs().maxCoeff() <= largest_coordinate))
+            if (!((mesh.points.row(v).array().abs() <= largest_coordinate).all()))
                 throw base::InputError(
                     fmt::format("{}: triangle {} has a point that is not finite, or beyond {:g}; "
                                 "write the file again from its source",

@@ -256,8 +256,7 @@ void check_memory(const BlockLayout& layout, const std::vector<EdgeSpec>& specs)
         double size = 1.0;
         for (const std::size_t side : {0U, 1U}) {
             double along = 1.0;
-            for (const auto& use : block.sides[side])
-                along += specs[std::size_t(use.edge)].cells;
+            for (const auto& use : block.sides[side]) along += specs[std::size_t(use.edge)].cells;
             size *= along;
         }
         points += size;

@@ -115,7 +115,7 @@ class Checker {
     void check_vertices_and_sizes() {
         if (input_.face_sizes.empty()) fail("holds no faces");
         for (Eigen::Index v = 0; v < points_.rows(); ++v) {
-            if (!(points_.row(v).cwiseAbs().maxCoeff() <= geom::largest_coordinate))
+            if (!((points_.row(v).array().abs() <= geom::largest_coordinate).all()))
                 fail("{} has a coordinate that is not a length up to {:g}", vertex(int(v)),
                      geom::largest_coordinate);
         }

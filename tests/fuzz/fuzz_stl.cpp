@@ -3,14 +3,14 @@
 #include <patchwright/base/error.h>
 #include <patchwright/mesh/read_triangles.h>
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
-
-#include <unistd.h>
 
 using namespace patchwright;
 
@@ -22,8 +22,8 @@ std::filesystem::path file(const char* extension) {
 }
 
 void read(const std::filesystem::path& path, const std::uint8_t* data, std::size_t size) {
-    std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(data),
-                                                std::streamsize(size));
+    std::ofstream(path, std::ios::binary)
+        .write(reinterpret_cast<const char*>(data), std::streamsize(size));
     try {
         const mesh::TriangleFile result = mesh::read_triangles(path);
         std::map<std::pair<int, int>, int> uses;

@@ -163,6 +163,12 @@ TEST_CASE("broken files are refused in one line", "[mesh][stl]") {
     geom::TriangleMesh broken = box;
     broken.points(0, 0) = std::numeric_limits<double>::infinity();
     CHECK_THAT(message("a.stl", binary(broken, "x")), Contains("not finite"));
+    // Not a number beside numbers, which a maximum passes over.
+    for (Eigen::Index k = 0; k < 3; ++k) {
+        broken = box;
+        broken.points(2, k) = std::numeric_limits<double>::quiet_NaN();
+        CHECK_THAT(message("a.stl", binary(broken, "x")), Contains("not finite"));
+    }
     CHECK_THROWS_WITH(read_triangles("/nowhere/a.stl"), Contains("cannot be opened"));
 }
 
