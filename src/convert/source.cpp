@@ -13,8 +13,12 @@ namespace {
 constexpr double small_mm = 300.0, large_mm = 300e3;
 
 Source read_model(const std::string& file, const SourceOptions& options) {
-    occ::ReadResult result = occ::read_cad(
-        file, {.unit = options.unit, .heal = options.heal, .progress = options.progress});
+    const occ::ReadOptions reading{.unit = options.unit,
+                                   .allow_loss = options.allow_loss,
+                                   .heal = options.heal,
+                                   .progress = options.progress};
+    occ::ReadResult result = options.reader ? occ::read_cad_guarded(file, *options.reader, reading)
+                                            : occ::read_cad(file, reading);
     const occ::ReadReport& read = result.report;
     Source source{.model = result.model,
                   .figures = solid_figures(file, result.model),

@@ -173,7 +173,6 @@ measure::Verdict assess(const Attempt& attempt, const Source& source, double tol
     if (source.figures.closed) figures.bodies_of_input = source.bodies;
     const auto& fold = attempt.folds.worst;
     figures.fold_rad = fold ? measure::Worst{fold->angle_rad, fold->point} : measure::Worst{};
-    figures.faces_not_read = measure::Failures{int(source.read.lost.size()), {}};
     return measure::assess(figures);
 }
 

@@ -57,8 +57,6 @@ class Assessment {
               "more faces there (--target-faces), or a crease along this edge (--cage)");
         failures(Requirement::SelfIntersections, f_.self_intersecting_faces,
                  "more faces there (--target-faces), or another cage (--cage)");
-        failures(Requirement::FacesRead, f_.faces_not_read,
-                 "exporting these faces from the CAD system in another way");
         failures(Requirement::GridCells, f_.bad_grid_cells,
                  "smaller cells or thinner layers, or a cage without folds");
         return std::move(conditions_);
@@ -140,9 +138,6 @@ std::string describe(const Condition& c, std::optional<double> tolerance_rel) {
                                c.value * degrees);
         case Requirement::SelfIntersections:
             return plural(count, "face intersects itself", "faces intersect themselves");
-        case Requirement::FacesRead:
-            return plural(count, "face of the input was not read",
-                          "faces of the input were not read");
         case Requirement::GridCells:
             return plural(count, "folded or negative cell", "folded or negative cells");
     }
@@ -162,7 +157,6 @@ const char* name_of(Requirement requirement) {
                                      "folds",
                                      "kinks",
                                      "self_intersections",
-                                     "faces_read",
                                      "grid_cells"};
     return names[static_cast<std::size_t>(requirement)];
 }

@@ -113,13 +113,6 @@ TEST_CASE("an open model asks neither for closed results nor for bodies", "[conv
     CHECK(convert::assess(a, open, tolerance).met());
 }
 
-TEST_CASE("faces of the input that were not read are no success", "[convert]") {
-    convert::Source source = solid();
-    source.read.lost.emplace_back();
-    const auto verdict = convert::assess(attempt({}, CageKind::Sections, 0.5), source, tolerance);
-    CHECK(verdict.worst()->requirement == Requirement::FacesRead);
-}
-
 TEST_CASE("nothing is tried after success, nor after a given cage", "[convert]") {
     const auto plan = convert::choose_next({}, made(), diagonal);
     REQUIRE(plan.has_value());

@@ -26,7 +26,6 @@ VerdictFigures good() {
             .fold_rad = measure::Worst{0.7, std::nullopt},
             .kink_rad = measure::Worst{0.017, std::nullopt},
             .self_intersecting_faces = measure::Failures{},
-            .faces_not_read = measure::Failures{},
             .patches = 6,
             .closed = true};
 }
@@ -93,11 +92,6 @@ TEST_CASE("every condition can fail by itself, with its name, place and remedy",
              f.self_intersecting_faces = measure::Failures{1, place};
          },
          "one face intersects itself"},
-        {Requirement::FacesRead,
-         [](auto& f) {
-             f.faces_not_read = measure::Failures{3, {}};
-         },
-         "3 faces of the input were not read", false},
         {Requirement::GridCells,
          [&](auto& f) {
              f.bad_grid_cells = measure::Failures{51, place};

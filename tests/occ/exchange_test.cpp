@@ -168,6 +168,48 @@ TEST_CASE("a unit that lies is overridden", "[occ][oracle]") {
     CHECK(read.report.notices.size() == 1);
 }
 
+TEST_CASE("a file without a known unit needs one to be given", "[occ][errors][oracle]") {
+    const Folder folder;
+    const occ::CadModel box = test::model_of(BRepPrimAPI_MakeBox(1.0, 2.0, 3.0).Shape());
+    occ::write_cad(box, folder / "box.step");
+    occ::write_cad(box, folder / "box.igs");
+    // The kernel takes these for metres, millimetres, millimetres, nothing and inches.
+    const std::vector<std::tuple<std::string, std::string, std::string>> edits{
+        {"box.step", "SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT(.MILLY.,.METRE.)"},
+        {"box.step", "SI_UNIT(.MILLI.,.METRE.)", ""},
+        {"box.step", "GLOBAL_UNIT_ASSIGNED_CONTEXT", "GLOBAL_FANCY_ASSIGNED_CONTEXT"},
+        {"box.igs", ",2,2HMM,", ",77,,   "},
+        {"box.igs", ",2,2HMM,", ",,,     "},
+        {"box.igs", ",2,2HMM,", ",3,2HXX,"}};
+    for (const auto& [name, known, unknown] : edits) {
+        CAPTURE(unknown);
+        std::string text = text_of(folder / name);
+        const auto at = text.find(known);
+        REQUIRE(at != std::string::npos);
+        put(folder / ("edited_" + name), text.replace(at, known.size(), unknown));
+        const fs::path edited = folder / ("edited_" + name);
+        CHECK_THROWS_AS(occ::read_cad(edited), base::InputError);
+        CHECK_THROWS_WITH(occ::read_cad(edited), Contains("unit") && Contains("--input-unit"));
+        const occ::ReadResult read = occ::read_cad(edited, {.unit = LengthUnit::Inch});
+        CHECK(occ::inspect(read.model).volume_mm3 == Approx(6.0 * std::pow(25.4, 3)));
+        CHECK(read.report.unit == LengthUnit::Inch);
+    }
+}
+
+TEST_CASE("units without a short name keep their size", "[occ][oracle]") {
+    const Folder folder;
+    occ::write_cad(test::model_of(BRepPrimAPI_MakeBox(1.0, 2.0, 3.0).Shape()), folder / "box.step");
+    std::string text = text_of(folder / "box.step");
+    text.replace(text.find(".MILLI."), 7, ".MICRO.");
+    put(folder / "box.step", text);
+    const occ::ReadResult read = occ::read_cad(folder / "box.step");
+    CHECK(occ::inspect(read.model).volume_mm3 == Approx(6e-9));
+    REQUIRE(read.report.notices.size() == 1);
+    CHECK_THAT(read.report.notices.front(), Contains("0.001 mm"));
+    const occ::ReadResult inches = occ::read_cad(folder / "box.step", {.unit = LengthUnit::Inch});
+    CHECK(occ::inspect(inches.model).volume_mm3 == Approx(6.0 * std::pow(25.4, 3)));
+}
+
 TEST_CASE("loose, gappy, turned faces are sewn to an outward solid", "[occ][oracle]") {
     const Folder folder;
     const double size = 100.0;

@@ -49,7 +49,12 @@ class EditedFile {
     }
     [[nodiscard]] occ::ReadReport read() const {
         std::ofstream(path_, std::ios::binary) << text;
-        return occ::read_cad(path_).report;
+        return occ::read_cad(path_, {.allow_loss = true}).report;
+    }
+    void check_refused(const std::string& part) const {
+        std::ofstream(path_, std::ios::binary) << text;
+        CHECK_THROWS_AS(occ::read_cad(path_), base::InputError);
+        CHECK_THROWS_WITH(occ::read_cad(path_), Contains(part) && Contains("--allow-loss"));
     }
 
     std::string text;
@@ -110,7 +115,8 @@ TEST_CASE("a face of an unknown type is lost by its number", "[occ][lost]") {
     CHECK(report.lost[0].entity == number);
     CHECK(report.lost[0].type == "FANCY_FACE");
     REQUIRE_FALSE(report.notices.empty());
-    CHECK_THAT(report.notices.front(), Contains(number + " FANCY_FACE is lost"));
+    CHECK_THAT(report.notices.front(), Contains(number + " FANCY_FACE: unknown entity is lost"));
+    file.check_refused("but not " + number + " FANCY_FACE: unknown entity;");
 }
 
 TEST_CASE("a face is lost with its surface", "[occ][lost]") {

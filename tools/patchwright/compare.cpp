@@ -34,8 +34,9 @@ measure::Verdict assess(const convert::Source& a, const convert::Source& b,
 int compare_files(const CompareOptions& options) {
     if (!options.tolerance.empty()) base::parse_length(options.tolerance);
     Run run(options.common);
-    const convert::Source b =
-        read_source(run, options.b, {.sharp_angle_deg = options.read.sharp_angle_deg});
+    InputOptions output = options.read;
+    output.unit.clear();  // given for A, as the input
+    const convert::Source b = read_source(run, options.b, output);
     const convert::Source a = read_source(run, options.a, options.read);
     run.report.solid = b.figures;
     std::optional<double> tolerance;

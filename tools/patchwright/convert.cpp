@@ -38,7 +38,8 @@ int convert_file(const ConvertCommandOptions& options) {
     base::parse_length(options.fit.tolerance);
     Run run(options.common);
     const base::Budget budget = run.budget(options.fit.time_limit_s);
-    const convert::Source source = read_source(run, options.input, options.read);
+    const convert::Source source =
+        read_source(run, options.input, options.read, {.progress = budget.limited()});
     refuse_control_mesh(source);
     if (source.model)
         for (const auto& [a, b] : occ::overlapping_solids(*source.model))

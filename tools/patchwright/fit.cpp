@@ -19,7 +19,8 @@ int fit_file(const FitCommandOptions& options) {
     base::parse_length(options.fit.tolerance);
     Run run(options.common);
     const base::Budget budget = run.budget(options.fit.time_limit_s);
-    const convert::Source source = read_source(run, options.input, options.read);
+    const convert::Source source =
+        read_source(run, options.input, options.read, {.progress = budget.limited()});
     refuse_control_mesh(source);
     convert::Conversion fitted = convert::fit_only(
         source, convert_options(run, source, options.fit, options.cage, options.cage_file), budget);

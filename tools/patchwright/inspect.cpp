@@ -88,8 +88,8 @@ report::DetailFigures mesh_details(const convert::Source& input) {
 
 int inspect(const InspectOptions& options) {
     Run run(options.common);
-    const convert::Source input =
-        read_source(run, options.file, options.read, !options.no_heal, false);
+    const convert::Source input = read_source(run, options.file, options.read,
+                                              {.heal = !options.no_heal, .with_surface = false});
     run.report.solid = input.figures;
     occ::CloseInspectionOptions closely{.progress = run.progress()};
     if (input.options.sharp_angle_rad) closely.sharp_angle_rad = *input.options.sharp_angle_rad;

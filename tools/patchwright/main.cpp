@@ -3,6 +3,7 @@
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/version.h>
+#include <patchwright/occ/guarded_read.h>
 
 #include <fmt/format.h>
 
@@ -73,6 +74,7 @@ int run(int argc, char** argv) {
 }  // namespace patchwright::cli
 
 int main(int argc, char** argv) {
+    patchwright::occ::serve_read(argc, argv);
     std::signal(SIGINT, patchwright::cli::on_interrupt);
     return patchwright::cli::run(argc, argv);
 }

@@ -8,6 +8,8 @@ namespace patchwright::cli {
 
 namespace {
 
+constexpr const char* this_program = "/proc/self/exe";
+
 /// @param ratio  the cage's diagonal by the model's
 void note_cage_size(Run& run, const std::string& file, base::LengthUnit unit, double ratio) {
     constexpr double least = 0.5, largest = 2.0;
@@ -25,6 +27,13 @@ void note_cage_size(Run& run, const std::string& file, base::LengthUnit unit, do
 void add_input_options(CLI::App& command, InputOptions& options) {
     command.add_option("--input-unit", options.unit,
                        "overrides the unit written in the input; STL and OBJ have none: mm");
+    command.add_flag("--allow-loss", options.allow_loss,
+                     "CAD: go on without the faces that cannot be transferred");
+    command
+        .add_option("--read-limit", options.read_limit_s,
+                    "CAD: seconds of processor time for reading and sewing; by default 15, and 15 "
+                    "for each MB of the file")
+        ->check(CLI::PositiveNumber);
     command
         .add_option("--sharp-angle", options.sharp_angle_deg,
                     "edges whose faces differ by more than this are sharp, degrees; by default 20, "
@@ -33,9 +42,13 @@ void add_input_options(CLI::App& command, InputOptions& options) {
 }
 
 convert::Source read_source(Run& run, const std::string& file, const InputOptions& options,
-                            bool heal, bool with_surface) {
+                            const ReadingOptions& needed) {
     convert::SourceOptions reading{
-        .heal = heal, .with_surface = with_surface, .progress = run.progress()};
+        .allow_loss = options.allow_loss,
+        .heal = needed.heal,
+        .with_surface = needed.with_surface,
+        .reader = occ::ReaderProcess{.program = this_program, .time_limit_s = options.read_limit_s},
+        .progress = needed.progress ? needed.progress : run.progress()};
     if (!options.unit.empty()) reading.unit = base::parse_length_unit(options.unit);
     if (options.sharp_angle_deg) reading.sharp_angle_rad = *options.sharp_angle_deg * M_PI / 180.0;
     convert::Source source = convert::read_source(file, reading);

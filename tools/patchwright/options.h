@@ -37,6 +37,8 @@ CLI::Option* add_choice(CLI::App& command, const std::string& name, Enum& value,
 /// Options of subcommands that read a CAD file or triangles.
 struct InputOptions {
     std::string unit;                       ///< overrides what the file says; empty: as it says
+    bool allow_loss = false;                ///< CAD: go on without faces that cannot be transferred
+    std::optional<double> read_limit_s;     ///< CAD: processor time; none: by the file's size
     std::optional<double> sharp_angle_deg;  ///< none: as is usual for the kind of file
 };
 
@@ -45,9 +47,17 @@ constexpr const char* length_help = "0.05mm, 0.002in, or 1e-4rel (of the diagona
 
 void add_input_options(CLI::App& command, InputOptions& options);
 
-/// Reads a CAD file or triangles, passes on what reading noticed, fills report.input.
+/// What a subcommand needs of a model.
+struct ReadingOptions {
+    bool heal = true;
+    bool with_surface = true;
+    base::Progress progress;  ///< none: the run's
+};
+
+/// Reads a CAD file (in a process of its own) or triangles, passes on what reading noticed, fills
+/// report.input.
 convert::Source read_source(Run& run, const std::string& file, const InputOptions& options,
-                            bool heal = true, bool with_surface = true);
+                            const ReadingOptions& needed = {});
 
 /// Options of subcommands that make cages.
 struct CageArguments {

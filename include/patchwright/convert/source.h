@@ -3,6 +3,7 @@
 
 #include <patchwright/geom/mesh_reference.h>
 #include <patchwright/occ/cad_reference.h>
+#include <patchwright/occ/guarded_read.h>
 #include <patchwright/report/run_report.h>
 
 #include <filesystem>
@@ -15,9 +16,11 @@ namespace patchwright::convert {
 
 struct SourceOptions {
     std::optional<base::LengthUnit> unit;   ///< overrides what the file says; triangles: else mm
+    bool allow_loss = false;                ///< CAD: faces that cannot be transferred are a notice
     bool heal = true;                       ///< CAD: sew loose faces, turn faces outward
     std::optional<double> sharp_angle_rad;  ///< none: 20 degrees, for triangles 35
     bool with_surface = true;               ///< make the reference surface of a CAD model
+    std::optional<occ::ReaderProcess> reader;  ///< CAD: reads in its place; none: this process
     base::Progress progress;
 };
 

@@ -21,7 +21,6 @@ enum class Requirement {
     Folds,              ///< normals of output and input agree
     Kinks,              ///< tangent planes agree across edges that are meant to be smooth
     SelfIntersections,  ///< no face intersects itself
-    FacesRead,          ///< every face of the file was transferred
     GridCells           ///< no cell of a grid is folded or has a negative volume
 };
 
@@ -69,7 +68,6 @@ struct VerdictFigures {
     std::optional<Worst> fold_rad;     ///< largest angle between the normals of output and input
     std::optional<Worst> kink_rad;     ///< beyond the tolerance from vertices without tangent plane
     std::optional<Failures> self_intersecting_faces;
-    std::optional<Failures> faces_not_read;
     std::optional<Failures> bad_grid_cells;
 
     std::optional<int> patches;          ///< for the sentence

@@ -89,8 +89,9 @@ struct ReadReport {
 };
 
 struct ReadOptions {
-    std::optional<base::LengthUnit> unit;  ///< overrides what the file says
-    bool heal = true;                      ///< sew loose faces, orient shells; false: as is
+    std::optional<base::LengthUnit> unit;  ///< overrides what the file says; BREP: none is mm
+    bool allow_loss = false;  ///< entities that give no faces are in the report, not an error
+    bool heal = true;         ///< sew loose faces, orient shells; false: as is
     /// Upper bound for the sewing tolerance as a fraction of the diagonal. Above 1e-4 gaps are
     /// closed only if nothing stays open then.
     double max_sewing_tolerance_rel = 1e-3;
@@ -104,7 +105,9 @@ struct ReadResult {
 
 /// Reads STEP (AP203, AP214, AP242), IGES 5.x or BREP, with names and colours of faces. Closed
 /// shells become solids, outward oriented.
-/// @throw InputError when the file is missing, not of its format, truncated, or holds no faces
+/// @throw InputError when the file is missing, not of its format, truncated, names no known unit,
+///        or holds no faces or some that the kernel cannot transfer
+/// @throw Cancelled, TimeLimitReached from the progress callback
 ReadResult read_cad(const std::filesystem::path& path, const ReadOptions& options = {});
 
 enum class StepSchema { Ap203, Ap214, Ap242 };

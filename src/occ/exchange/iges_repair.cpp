@@ -1,5 +1,7 @@
 #include "occ/exchange/iges_repair.h"
 
+#include "occ/exchange/iges_global.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,28 +17,6 @@ bool is_parameter_record(std::string_view line) {
     return line.size() > section_column && line[section_column] == 'P';
 }
 
-/// Parameter and record delimiter as the global section sets them: "1H,,1H;," or empty.
-std::string delimiters(std::string_view text) {
-    std::string global;
-    for (std::size_t at = 0; at < text.size() && global.size() < 8;) {
-        const auto end = std::min(text.find('\n', at), text.size());
-        const auto line = text.substr(at, end - at);
-        if (line.size() > section_column && line[section_column] == 'G')
-            global += line.substr(0, section_column);
-        at = end + 1;
-    }
-    std::string result = ",;";
-    std::size_t at = 0;
-    if (global.size() >= 3 && global.compare(0, 2, "1H") == 0) {
-        result[0] = global[2];
-        at = 3;
-    }
-    // The first parameter ends with its own delimiter.
-    if (at < global.size() && global[at] == result[0]) ++at;
-    if (global.size() >= at + 3 && global.compare(at, 2, "1H") == 0) result[1] = global[at + 2];
-    return result;
-}
-
 /// Removes one blank that cannot be part of a string: in front of the record's first number, where
 /// the record before ended with a delimiter.
 bool move_left(std::string& line) {
@@ -49,7 +29,7 @@ bool move_left(std::string& line) {
 }  // namespace
 
 std::optional<IgesRepair> repair_iges(const std::string& text) {
-    const std::string ends = delimiters(text);
+    const std::string ends = iges_delimiters(text);
     IgesRepair result;
     int moved = 0;
     bool after_delimiter = true;

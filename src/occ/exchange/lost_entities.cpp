@@ -1,15 +1,14 @@
 #include "occ/exchange/lost_entities.h"
 
+#include "occ/exchange/face_entities.h"
 #include "occ/exchange/step_text.h"
 
 #include <IGESControl_Reader.hxx>
-#include <IGESData_IGESEntity.hxx>
 #include <IGESData_IGESModel.hxx>
 #include <Interface_Check.hxx>
-#include <Interface_EntityIterator.hxx>
-#include <Interface_Graph.hxx>
 #include <STEPControl_Reader.hxx>
 #include <StepData_StepModel.hxx>
+#include <StepData_UndefinedEntity.hxx>
 #include <StepGeom_Surface.hxx>
 #include <StepShape_ConnectedFaceSet.hxx>
 #include <StepShape_FaceSurface.hxx>
@@ -27,7 +26,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <optional>
 #include <set>
@@ -93,9 +91,10 @@ class LostInStep {
         std::vector<LostEntity> result;
         for (const auto& [number, reason] : lost_) {
             const auto found = instances.find(number);
-            result.push_back({fmt::format("#{}", number),
-                              found == instances.end() ? "nothing" : step_type(found->second),
-                              reason});
+            result.push_back(
+                {fmt::format("#{}", number),
+                 found == instances.end() ? "(not in the file)" : step_type(found->second),
+                 reason});
         }
         return result;
     }
@@ -151,6 +150,16 @@ class LostInStep {
         unknown_[model_->IdentLabel(list)].push_back({members, position});
     }
 
+    void lose_member(int number, int list) {
+        for (int i = 1; i <= model_->NbEntities(); ++i) {
+            if (model_->IdentLabel(model_->Entity(i)) != number) continue;
+            lost_.emplace(number, model_->Entity(i)->IsKind(STANDARD_TYPE(StepData_UndefinedEntity))
+                                      ? "unknown entity"
+                                      : fmt::format("cannot be a member of #{}", list));
+        }
+        lost_.emplace(number, fmt::format("#{} refers to it", list));
+    }
+
     void name_unknown_members(std::string_view text) {
         std::set<int> lists;
         for (const auto& [list, places] : unknown_) lists.insert(list);
@@ -159,8 +168,7 @@ class LostInStep {
             const std::vector<int> members = step_references(instance);
             for (const UnknownMember& unknown : unknown_[list]) {
                 if (int(members.size()) == unknown.members)
-                    lost_.emplace(members[std::size_t(unknown.position) - 1],
-                                  fmt::format("not known as a member of #{}", list));
+                    lose_member(members[std::size_t(unknown.position) - 1], list);
                 else
                     lost_.emplace(list, "a member is not known");
             }
@@ -177,58 +185,6 @@ class LostInStep {
     std::map<int, Reason> lost_;
 };
 
-struct IgesType {
-    int number;
-    const char* name;
-    bool part_of_others;  ///< also serves as geometry of other surfaces and faces
-};
-
-/// Planes of form 0 and the surfaces 190 to 198 have no bounds of their own.
-constexpr std::array<IgesType, 20> iges_types{{
-    {108, "bounded plane", true},
-    {114, "parametric spline surface", true},
-    {118, "ruled surface", true},
-    {120, "surface of revolution", true},
-    {122, "tabulated cylinder", true},
-    {128, "B-spline surface", true},
-    {140, "offset surface", true},
-    {143, "bounded surface", false},
-    {144, "trimmed surface", false},
-    {150, "block", true},
-    {152, "wedge", true},
-    {154, "cylinder", true},
-    {156, "cone", true},
-    {158, "sphere", true},
-    {160, "torus", true},
-    {162, "solid of revolution", true},
-    {164, "solid of linear extrusion", true},
-    {168, "ellipsoid", true},
-    {180, "boolean tree", true},
-    {510, "face", false},
-}};
-
-const IgesType* iges_type(const IGESData_IGESEntity& entity) {
-    const auto found =
-        std::find_if(iges_types.begin(), iges_types.end(),
-                     [&](const IgesType& type) { return type.number == entity.TypeNumber(); });
-    if (found == iges_types.end() || (found->number == 108 && entity.FormNumber() == 0))
-        return nullptr;
-    // Entity use flag: 1 annotation, 5 curves in parameters, 6 construction
-    // (IGES 5.3, 2.2.4.4.9.3).
-    const int use = entity.UseFlag();
-    return use == 1 || use == 5 || use == 6 ? nullptr : &*found;
-}
-
-/// Whether geometry or topology refers to an entity, other than groups, views and properties do.
-bool serves_others(const Interface_Graph& graph, const Entity& entity) {
-    const auto is_geometry = [](int type) { return type < 200 || (type >= 502 && type <= 514); };
-    for (Interface_EntityIterator it = graph.Sharings(entity); it.More(); it.Next()) {
-        const auto by = Handle(IGESData_IGESEntity)::DownCast(it.Value());
-        if (!by.IsNull() && is_geometry(by->TypeNumber())) return true;
-    }
-    return false;
-}
-
 }  // namespace
 
 std::vector<LostEntity> lost_in_step(STEPControl_Reader& reader, const TopoDS_Shape& shape,
@@ -239,17 +195,13 @@ std::vector<LostEntity> lost_in_step(STEPControl_Reader& reader, const TopoDS_Sh
 std::vector<LostEntity> lost_in_iges(IGESControl_Reader& reader, const TopoDS_Shape& shape) {
     const Handle(IGESData_IGESModel) model = reader.IGESModel();
     const Transferred transferred(reader, shape);
-    const Interface_Graph graph(model);
     std::vector<LostEntity> result;
-    for (int i = 1; i <= model->NbEntities(); ++i) {
-        const Handle(IGESData_IGESEntity) entity = model->Entity(i);
-        const IgesType* type = iges_type(*entity);
-        if (type == nullptr || transferred.gave_face(entity)) continue;
-        if (type->part_of_others && serves_others(graph, entity)) continue;
-        result.push_back({fmt::format("D{}", model->DNum(entity)),
-                          fmt::format("{} {}", type->number, type->name),
-                          model->Check(i, true)->HasFailed() ? "its parameters are not readable"
-                                                             : transferred.failure(entity)});
+    for (FaceEntity& face : iges_faces(model)) {
+        if (transferred.gave_face(face.entity)) continue;
+        const bool unreadable = model->Check(model->Number(face.entity), true)->HasFailed();
+        result.push_back(
+            {std::move(face.label), std::move(face.type),
+             unreadable ? "its parameters are not readable" : transferred.failure(face.entity)});
     }
     return result;
 }

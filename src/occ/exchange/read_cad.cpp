@@ -2,9 +2,11 @@
 #include "occ/exchange/exchange_session.h"
 #include "occ/exchange/face_attributes.h"
 #include "occ/exchange/file_checks.h"
+#include "occ/exchange/file_unit.h"
 #include "occ/exchange/iges_repair.h"
 #include "occ/exchange/lost_entities.h"
-#include "occ/exchange/temporary_file.h"
+#include "occ/exchange/memory_file.h"
+#include "occ/exchange/shape_checks.h"
 #include "occ/heal/heal.h"
 #include "occ/kernel_guard.h"
 #include "occ/kernel_progress.h"
@@ -18,10 +20,8 @@
 #include <IGESControl_Reader.hxx>
 #include <IGESData_GlobalSection.hxx>
 #include <IGESData_IGESModel.hxx>
-#include <Interface_EntityIterator.hxx>
 #include <STEPControl_Reader.hxx>
 #include <StepData_StepModel.hxx>
-#include <TColStd_SequenceOfAsciiString.hxx>
 #include <TCollection_HAsciiString.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
@@ -30,7 +30,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
+#include <cmath>
 
 namespace patchwright::occ {
 
@@ -44,31 +44,42 @@ std::string text_of(const Handle(TCollection_HAsciiString) & text) {
     return result;
 }
 
-std::optional<base::LengthUnit> unit_by_name(std::string name) {
-    std::transform(name.begin(), name.end(), name.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-    using base::LengthUnit;
-    constexpr std::array<std::pair<const char*, LengthUnit>, 15> names{{
-        {"MILLIMETRE", LengthUnit::Millimetre},
-        {"MILLIMETER", LengthUnit::Millimetre},
-        {"MM", LengthUnit::Millimetre},
-        {"CENTIMETRE", LengthUnit::Centimetre},
-        {"CENTIMETER", LengthUnit::Centimetre},
-        {"CM", LengthUnit::Centimetre},
-        {"METRE", LengthUnit::Metre},
-        {"METER", LengthUnit::Metre},
-        {"M", LengthUnit::Metre},
-        {"INCH", LengthUnit::Inch},
-        {"IN", LengthUnit::Inch},
-        {"FOOT", LengthUnit::Foot},
-        {"FEET", LengthUnit::Foot},
-        {"FT", LengthUnit::Foot},
-        {"INCHES", LengthUnit::Inch},
-    }};
-    for (const auto& [known, unit] : names) {
-        if (name == known) return unit;
+/// What comes of a file before anything is done to it.
+struct Transfer {
+    TopoDS_Shape shape;
+    FaceAttributeMap attributes;
+    double unit_mm = 1.0;  ///< what the kernel has taken the file's lengths times
+};
+
+constexpr std::array units{base::LengthUnit::Millimetre, base::LengthUnit::Centimetre,
+                           base::LengthUnit::Metre, base::LengthUnit::Inch, base::LengthUnit::Foot};
+
+/// Relative: the same unit by other conversion factors. The US survey foot differs by 2e-6.
+constexpr double same_unit = 1e-9;
+
+/// @throw InputError when nobody says what the unit is
+void settle_unit(const Path& path, const FileUnit& unit, const ReadOptions& options,
+                 ReadReport& report) {
+    if (unit.problem && !options.unit) refuse(path, "{}; pass --input-unit", *unit.problem);
+    if (unit.problem) {
+        report.unit = *options.unit;
+        report.notices.push_back(fmt::format("{}: {}; read as {}", path.string(), *unit.problem,
+                                             base::short_name(*options.unit)));
+        return;
     }
-    return std::nullopt;
+    if (unit.differs)
+        report.notices.push_back(
+            fmt::format("{}: parts are in different units; reports use the first", path.string()));
+    for (const base::LengthUnit known : units) {
+        const double millimetres = base::millimetres_per(known);
+        if (std::abs(unit.millimetres - millimetres) > same_unit * millimetres) continue;
+        report.unit = known;
+        return;
+    }
+    report.notices.push_back(
+        fmt::format("{}: the unit of {:g} mm has no short name here; lengths are right, reports "
+                    "use mm",
+                    path.string(), unit.millimetres));
 }
 
 std::string step_schema_name(const std::string& identifier) {
@@ -86,8 +97,7 @@ void transfer_roots(XSControl_Reader& reader, const base::Progress& progress) {
     polled->check();
 }
 
-TopoDS_Shape read_step(const Path& path, const base::Progress& progress, ReadReport& report,
-                       FaceAttributeMap& attributes) {
+Transfer read_step(const Path& path, const ReadOptions& options, ReadReport& report) {
     const std::string text = check_step_file(path);
     ExchangeSession session;
     STEPControl_Reader reader;
@@ -102,36 +112,20 @@ TopoDS_Shape read_step(const Path& path, const base::Progress& progress, ReadRep
     if (header.NbSchemaIdentifiers() > 0) {
         report.schema = step_schema_name(text_of(header.SchemaIdentifiersValue(1)));
     }
-    TColStd_SequenceOfAsciiString lengths, angles, solid_angles;
-    reader.FileUnits(lengths, angles, solid_angles);
-    for (int i = 1; i <= lengths.Length(); ++i) {
-        const auto unit = unit_by_name(lengths(i).ToCString());
-        if (!unit) {
-            report.notices.push_back(
-                fmt::format("{}: unit '{}' has no short name here; lengths are right, "
-                            "reports use mm",
-                            path.string(), lengths(i).ToCString()));
-        } else if (i == 1) {
-            report.unit = *unit;
-        } else if (*unit != report.unit) {
-            report.notices.push_back(fmt::format("{}: parts are in different units ({} and {})",
-                                                 path.string(), base::short_name(report.unit),
-                                                 base::short_name(*unit)));
-        }
-    }
-    transfer_roots(reader, progress);
-    attributes = step_attributes(reader);
-    TopoDS_Shape shape = reader.OneShape();
-    report.lost = lost_in_step(reader, shape, text);
-    return shape;
+    const FileUnit unit = step_unit(reader.StepModel(), text);
+    settle_unit(path, unit, options, report);
+    transfer_roots(reader, options.progress);
+    Transfer result{reader.OneShape(), step_attributes(reader), unit.millimetres};
+    report.lost = lost_in_step(reader, result.shape, text);
+    return result;
 }
 
-TopoDS_Shape read_iges(const Path& path, const base::Progress& progress, ReadReport& report,
-                       FaceAttributeMap& attributes) {
-    const auto repair = repair_iges(check_iges_file(path));
-    std::optional<TemporaryFile> repaired;
+Transfer read_iges(const Path& path, const ReadOptions& options, ReadReport& report) {
+    const std::string text = check_iges_file(path);
+    const auto repair = repair_iges(text);
+    std::optional<MemoryFile> repaired;
     if (repair) {
-        repaired.emplace(repair->text, ".igs");
+        repaired.emplace(repair->text);
         for (const std::string& notice : repair->notices)
             report.notices.push_back(fmt::format("{}: {}", path.string(), notice));
     }
@@ -149,37 +143,34 @@ TopoDS_Shape read_iges(const Path& path, const base::Progress& progress, ReadRep
     if (version > 0 && version < static_cast<int>(versions.size())) {
         report.schema = versions[std::size_t(version)];
     }
-    switch (global.UnitFlag()) {
-        case 1: report.unit = base::LengthUnit::Inch; break;
-        case 4: report.unit = base::LengthUnit::Foot; break;
-        case 6: report.unit = base::LengthUnit::Metre; break;
-        case 10: report.unit = base::LengthUnit::Centimetre; break;
-        case 3:
-            if (const auto unit = unit_by_name(text_of(global.UnitName()))) report.unit = *unit;
-            break;
-        case 2: break;
-        default:
-            report.notices.push_back(
-                fmt::format("{}: unit flag {} has no short name here; lengths are "
-                            "right, reports use mm",
-                            path.string(), global.UnitFlag()));
-    }
-    transfer_roots(reader, progress);
-    attributes = iges_attributes(reader);
-    TopoDS_Shape shape = reader.OneShape();
-    report.lost = lost_in_iges(reader, shape);
-    return shape;
+    const FileUnit unit = iges_unit(reader.IGESModel(), text);
+    settle_unit(path, unit, options, report);
+    transfer_roots(reader, options.progress);
+    Transfer result{reader.OneShape(), iges_attributes(reader), unit.millimetres};
+    report.lost = lost_in_iges(reader, result.shape);
+    return result;
 }
 
-TopoDS_Shape read_brep(const Path& path) {
+/// The format has no unit: the kernel's is the millimetre.
+Transfer read_brep(const Path& path, const ReadOptions& options, ReadReport& report) {
     check_brep_file(path);
+    settle_unit(path, {}, options, report);
     // This reader prints on std::cout what it does not like.
     const ExchangeSession session;
-    TopoDS_Shape shape;
-    if (!BRepTools::Read(shape, path.c_str(), BRep_Builder())) {
+    Transfer result;
+    if (!BRepTools::Read(result.shape, path.c_str(), BRep_Builder())) {
         refuse(path, "is not readable as BREP; get a complete copy");
     }
-    return shape;
+    return result;
+}
+
+Transfer transfer(const Path& path, const ReadOptions& options, ReadReport& report) {
+    switch (report.format) {
+        case FileFormat::Step: return read_step(path, options, report);
+        case FileFormat::Iges: return read_iges(path, options, report);
+        case FileFormat::Brep: break;
+    }
+    return read_brep(path, options, report);
 }
 
 int face_count(const TopoDS_Shape& shape) {
@@ -188,15 +179,42 @@ int face_count(const TopoDS_Shape& shape) {
     return map.Extent();
 }
 
-void apply_unit_override(TopoDS_Shape& shape, const ReadOptions& options, ReadReport& report,
+/// Refuses a file that is not read whole, or says what is missing.
+/// @throw InputError unless options.allow_loss
+void settle_losses(const Path& path, const ReadOptions& options, ReadReport& report) {
+    constexpr std::size_t most_named = 5;  // in one line
+    std::string all;
+    for (std::size_t i = 0; i < report.lost.size(); ++i) {
+        const LostEntity& lost = report.lost[i];
+        const std::string text = fmt::format("{} {}{}{}", lost.entity, lost.type,
+                                             lost.reason ? ": " : "", lost.reason.value_or(""));
+        if (i < most_named) all += (i == 0 ? "" : "; ") + text;
+        if (options.allow_loss)
+            report.notices.push_back(fmt::format("{}: {} is lost", path.string(), text));
+    }
+    if (report.lost.empty() || options.allow_loss) return;
+    if (report.lost.size() > most_named)
+        all += fmt::format("; and {} more", report.lost.size() - most_named);
+    refuse(
+        path,
+        "{} faces can be transferred, but not {}; repair the file, or pass --allow-loss to go on "
+        "without them",
+        report.faces_in_file, all);
+}
+
+void apply_unit_override(Transfer& transfer, const ReadOptions& options, ReadReport& report,
                          FaceOrigins& origins) {
-    if (!options.unit || *options.unit == report.unit) return;
-    gp_Trsf scale;
-    scale.SetScaleFactor(base::millimetres_per(*options.unit) / base::millimetres_per(report.unit));
-    BRepBuilderAPI_Transform scaled(shape, scale, true);
-    for (TopExp_Explorer it(shape, TopAbs_FACE); it.More(); it.Next())
-        origins.replaced(it.Current(), scaled.ModifiedShape(it.Current()));
-    shape = scaled.Shape();
+    if (!options.unit) return;
+    const double factor = base::millimetres_per(*options.unit) / transfer.unit_mm;
+    if (std::abs(factor - 1.0) > same_unit) {
+        gp_Trsf scale;
+        scale.SetScaleFactor(factor);
+        BRepBuilderAPI_Transform scaled(transfer.shape, scale, true);
+        for (TopExp_Explorer it(transfer.shape, TopAbs_FACE); it.More(); it.Next())
+            origins.replaced(it.Current(), scaled.ModifiedShape(it.Current()));
+        transfer.shape = scaled.Shape();
+    }
+    if (*options.unit == report.unit) return;
     report.notices.push_back(fmt::format("unit {} of the file is overridden by {}",
                                          base::short_name(report.unit),
                                          base::short_name(*options.unit)));
@@ -211,32 +229,26 @@ ReadResult read_cad(const Path& path, const ReadOptions& options) {
     report.format = file_format(path);
     auto impl = std::make_shared<CadModel::Impl>();
     guard_kernel<base::InputError>(path.string(), [&] {
-        FaceAttributeMap attributes;
-        TopoDS_Shape shape = report.format == FileFormat::Step
-                                 ? read_step(path, options.progress, report, attributes)
-                             : report.format == FileFormat::Iges
-                                 ? read_iges(path, options.progress, report, attributes)
-                                 : read_brep(path);
-        for (const LostEntity& lost : report.lost)
-            report.notices.push_back(fmt::format("{}: {} {} is lost{}{}", path.string(),
-                                                 lost.entity, lost.type, lost.reason ? ": " : "",
-                                                 lost.reason.value_or("")));
-        report.faces_in_file = face_count(shape);
+        Transfer read = transfer(path, options, report);
+        report.faces_in_file = face_count(read.shape);
+        settle_losses(path, options, report);
         if (report.faces_in_file == 0) {
             refuse(path,
                    "holds no faces that the CAD kernel can transfer; export it anew with surfaces");
         }
+        if (const auto missing = missing_geometry(read.shape))
+            refuse(path, "{}; repair the file", *missing);
         base::report_progress(options.progress, "read", 0.5);
         FaceOrigins origins;
-        apply_unit_override(shape, options, report, origins);
-        shape = keep_faces(shape);
+        apply_unit_override(read, options, report, origins);
+        const TopoDS_Shape shape = keep_faces(read.shape);
         report.free_edges_before = count_free_edges(shape);
         impl->shape = options.heal ? heal(shape, options.max_sewing_tolerance_rel, report, origins,
                                           options.progress)
                                    : shape;
         report.free_edges_after = count_free_edges(impl->shape);
         for (const TopoDS_Face& face : faces_of(CadModel(impl))) {
-            const FaceAttributes& given = attributes[origins.origin(face)];
+            const FaceAttributes& given = read.attributes[origins.origin(face)];
             impl->face_names.push_back(given.name);
             impl->face_colours.push_back(given.colour);
         }

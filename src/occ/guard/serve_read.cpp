@@ -1,0 +1,124 @@
+#include "occ/exchange/find_fault.h"
+#include "occ/guard/messages.h"
+#include "occ/guard/packed_result.h"
+#include "occ/guard/read_request.h"
+#include "occ/guard/reader_child.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/base/parallel.h>
+#include <patchwright/base/version.h>
+#include <patchwright/occ/guarded_read.h>
+
+#include <fmt/format.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <cstdint>
+#include <cstdlib>
+#include <new>
+
+namespace patchwright::occ {
+
+namespace {
+
+/// The kernel recurses over what is nested in a file; real files do with a tenth of this.
+constexpr rlim_t stack_bytes = 64u << 20;
+/// A fault so near to the end of the stack is one of the stack.
+constexpr std::uintptr_t stack_margin = 1u << 20;
+constexpr std::size_t handler_stack_bytes = 1u << 16;
+
+std::uintptr_t stack_end = 0;
+
+void set_limit(int resource, double value) {
+    rlimit limit{};
+    getrlimit(decltype(RLIMIT_AS)(resource), &limit);
+    limit.rlim_cur = std::min(limit.rlim_max, rlim_t(std::max(value, 1.0)));
+    setrlimit(decltype(RLIMIT_AS)(resource), &limit);
+}
+
+void limit_resources(const ReadRequest& request) {
+    set_limit(RLIMIT_CPU, std::ceil(request.processor_s));
+    set_limit(RLIMIT_STACK, stack_bytes);
+    const rlimit no_core{};
+    setrlimit(RLIMIT_CORE, &no_core);
+#ifndef __SANITIZE_ADDRESS__  // which takes terabytes of address space for itself
+    set_limit(RLIMIT_AS, request.memory_mb * 1e6);
+#endif
+}
+
+void on_segmentation_fault(int signal, siginfo_t* info, void*) {
+    const auto address = reinterpret_cast<std::uintptr_t>(info->si_addr);
+    if (address + stack_margin > stack_end && address < stack_end + stack_margin) {
+        send_message(message_descriptor, MessageKind::StackOverflow);
+        std::_Exit(EXIT_FAILURE);
+    }
+    // The fault comes again, and ends the process as by default.
+    std::signal(signal, SIG_DFL);
+}
+
+/// Tells endless recursion from other faults, on this thread.
+void watch_stack() {
+    static char handler_stack[handler_stack_bytes];
+    rlimit limit{};
+    getrlimit(RLIMIT_STACK, &limit);
+    stack_end = reinterpret_cast<std::uintptr_t>(__builtin_frame_address(0)) - limit.rlim_cur;
+    stack_t alternative{};
+    alternative.ss_sp = handler_stack;
+    alternative.ss_size = handler_stack_bytes;
+    sigaltstack(&alternative, nullptr);
+    struct sigaction action {};
+    action.sa_sigaction = on_segmentation_fault;
+    action.sa_flags = SA_SIGINFO | SA_ONSTACK;
+    sigaction(SIGSEGV, &action, nullptr);
+}
+
+void send(MessageKind kind, std::string_view content = {}) {
+    send_message(message_descriptor, kind, content);
+}
+
+void carry_out(ReadRequest request) {
+    if (request.task == ReadTask::FindFault) {
+        find_fault(request.file,
+                   [](const std::string& entity) { send(MessageKind::Entity, entity); });
+        return;
+    }
+    request.options.progress = [last = std::string()](std::string_view stage,
+                                                      double fraction) mutable {
+        const std::string text = fmt::format("{:.3f} {}", fraction, stage);
+        if (text != last) send(MessageKind::Progress, text);
+        last = text;
+        return true;
+    };
+    send(MessageKind::Result, pack_result(read_cad(request.file, request.options)));
+}
+
+}  // namespace
+
+void serve_read(int argc, char** argv) {
+    const std::optional<ReadRequest> request = request_of(argc, argv);
+    if (!request) return;
+    // The parent may have ended before it could be asked to take this process with it.
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (::getppid() != request->parent) std::_Exit(EXIT_FAILURE);
+    send(MessageKind::Hello, base::version());
+    limit_resources(*request);
+    watch_stack();
+    try {
+        base::set_thread_count(request->threads);
+        carry_out(*request);
+    } catch (const base::InputError& error) {
+        send(MessageKind::Refusal, error.what());
+    } catch (const std::bad_alloc&) {
+        send(MessageKind::OutOfMemory);
+    } catch (const std::exception& error) {
+        send(MessageKind::Failure, error.what());
+    }
+    // Nothing is worth being destroyed.
+    std::_Exit(EXIT_SUCCESS);
+}
+
+}  // namespace patchwright::occ
