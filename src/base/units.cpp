@@ -47,7 +47,7 @@ LengthUnit parse_length_unit(std::string_view text) {
     for (const UnitRow& row : unit_table) {
         if (row.name == text) return row.unit;
     }
-    throw InvalidArgument(fmt::format("'{}' is no length unit; use mm, cm, m, in or ft", text));
+    throw UsageError(fmt::format("'{}' is no length unit; use mm, cm, m, in or ft", text));
 }
 
 double Length::in_millimetres(double diagonal_mm) const {
@@ -59,12 +59,14 @@ Length parse_length(std::string_view text) {
     const auto [rest, error] =
         std::from_chars(text.data(), text.data() + text.size(), length.value);
     if (error != std::errc{} || !std::isfinite(length.value) || length.value <= 0.0) {
-        throw InvalidArgument(fmt::format(
+        throw UsageError(fmt::format(
             "'{}' is no length; use a positive number with a unit, such as 0.05mm or 1e-4rel",
             text));
     }
     const std::string_view unit = text.substr(static_cast<std::size_t>(rest - text.data()));
     if (unit != "rel") length.unit = parse_length_unit(unit);
+    if (length.unit && !std::isfinite(length.in_millimetres(0.0)))
+        throw UsageError(fmt::format("'{}' is too long to be measured in millimetres", text));
     return length;
 }
 

@@ -180,7 +180,7 @@ class AttemptRunner {
             attempt.file = std::make_shared<base::PendingFile>(output_);
             occ::WriteOptions writing = options_.shape.write;
             if (!writing.name) writing.name = output_.stem().string();
-            written = write_and_read_back(shape, attempt.file->path(), writing);
+            written = write_and_read_back(shape, *attempt.file, writing);
             clock.end("write");
         }
         const occ::CadModel& model = written ? *written : shape.model;
@@ -208,10 +208,11 @@ class AttemptRunner {
 }  // namespace
 
 Conversion convert(const Source& source, const std::filesystem::path& output,
-                   const ConvertOptions& options, const base::Budget& budget) {
+                   base::OutputSet& outputs, const ConvertOptions& options,
+                   const base::Budget& budget) {
     // Refuses what cannot be written before the work.
     occ::file_format(output);
-    const base::PendingFile probe(output);
+    const base::OutputTarget target(output);
     const double diagonal = source.surface().bounds().diagonal();
     AttemptRunner run(source, output, options, budget);
     std::vector<Attempt> attempts;
@@ -232,11 +233,19 @@ Conversion convert(const Source& source, const std::filesystem::path& output,
     if (result.kept) {
         Attempt& best = result.attempts[*result.kept];
         add_bounds(best.deviation, *best.output, source.surface(), budget.unlimited());
-        best.file->commit();
+        outputs.add(best.file);
         run.clock.end("check");
     }
     result.seconds = run.clock.seconds();
     return std::move(result);
+}
+
+Conversion convert(const Source& source, const std::filesystem::path& output,
+                   const ConvertOptions& options, const base::Budget& budget) {
+    base::OutputSet outputs;
+    Conversion result = convert(source, output, outputs, options, budget);
+    outputs.commit();
+    return result;
 }
 
 Conversion fit_only(const Source& source, const ConvertOptions& options,

@@ -1,5 +1,6 @@
 #include "convert/describe_patches.h"
 
+#include <patchwright/base/error.h>
 #include <patchwright/convert/shape.h>
 #include <patchwright/convert/source.h>
 #include <patchwright/measure/deviation.h>
@@ -99,10 +100,16 @@ Shape make_shape(const mesh::Cage& cage, const ShapeOptions& options, ShapeToler
     return shape;
 }
 
-occ::CadModel write_and_read_back(const Shape& shape, const std::filesystem::path& file,
+occ::CadModel write_and_read_back(const Shape& shape, base::PendingFile& file,
                                   const occ::WriteOptions& options) {
     occ::write_cad(shape.model, file, options);
-    return occ::read_cad(file, {.heal = false}).model;
+    try {
+        return occ::read_cad(file.path(), {.heal = false}).model;
+    } catch (const base::InputError& error) {
+        throw base::OutputError(
+            fmt::format("{}: what was written cannot be read back, and is not kept: {}",
+                        file.target().given.string(), error.what()));
+    }
 }
 
 ShapeFigures inspect_shape(const Shape& shape, const occ::CadModel& model, const std::string& file,

@@ -13,7 +13,7 @@ void require_memory(double points, double bytes) {
     const double there = base::memory_bytes();
     if (bytes <= there) return;
     constexpr double giga = 1e9;
-    throw base::InvalidArgument(
+    throw base::UsageError(
         fmt::format("a grid of {:.3g} points needs {:.3g} GB of memory, and there are {:.3g} GB; "
                     "use larger cells",
                     points, bytes / giga, there / giga));

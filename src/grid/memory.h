@@ -10,7 +10,7 @@ namespace patchwright::grid {
 inline constexpr double block_point_bytes = 2 * (3 * sizeof(double) + 4 * sizeof(float));
 
 /// @param points  of the whole grid, for the message
-/// @throw InvalidArgument when the process cannot have so many bytes
+/// @throw UsageError when the process cannot have so many bytes
 void require_memory(double points, double bytes);
 
 /// For a grid of so many points along k that is written block by block.

@@ -28,7 +28,7 @@ int rounded_up(double cells, int levels) {
     const double unit = std::ldexp(1.0, levels);
     const double count = std::max(1.0, std::ceil(cells / unit * (1.0 - 1e-12))) * unit;
     if (!(count <= most_cells)) {
-        throw base::InvalidArgument(
+        throw base::UsageError(
             fmt::format("a block edge would have {:.3g} cells; use larger ones", count));
     }
     return static_cast<int>(count);
@@ -52,12 +52,12 @@ void check(const BlockLayout& layout, const PlanOptions& options) {
             if (families.contains(family)) continue;
             std::string known;
             for (const std::string& name : families) known += (known.empty() ? "" : " ") + name;
-            throw base::InvalidArgument(
+            throw base::UsageError(
                 fmt::format("no block is of the family '{}'; there are: {}", family, known));
         }
         if (!(cluster.first_mm > 0.0)) {
-            throw base::InvalidArgument(fmt::format("the first cell off {}:{} must be above 0",
-                                                    cluster.family_a, cluster.family_b));
+            throw base::UsageError(fmt::format("the first cell off {}:{} must be above 0",
+                                               cluster.family_a, cluster.family_b));
         }
     }
     for (const EdgeRule& rule : options.rules) {
@@ -66,7 +66,7 @@ void check(const BlockLayout& layout, const PlanOptions& options) {
                                                     rule.edge, layout.edges.size()));
         }
         if (rule.cells && (*rule.cells < 1 || *rule.cells > most_cells)) {
-            throw base::InvalidArgument(
+            throw base::UsageError(
                 fmt::format("edge {}: {} cells; use 1 to {}", rule.edge, *rule.cells, most_cells));
         }
     }
@@ -234,7 +234,7 @@ std::vector<EdgeSpec> edge_specs(const BlockLayout& layout, const LineClasses& c
         if (!rule.cells) continue;
         int& known = ruled[std::size_t(classes.edges[std::size_t(rule.edge)].line_class)];
         if (known != 0 && known != *rule.cells) {
-            throw base::InvalidArgument(
+            throw base::UsageError(
                 fmt::format("edge {}: {} cells, but an edge that must match it has {}", rule.edge,
                             *rule.cells, known));
         }
@@ -343,7 +343,7 @@ Plan coarsened(const Plan& plan, int levels) {
     for (std::size_t e = 0; e < plan.edges.size(); ++e) {
         const EdgePoints& fine = plan.edges[e];
         if (fine.cells() % step != 0) {
-            throw base::InvalidArgument(
+            throw base::UsageError(
                 fmt::format("block edge {} has {} cells, no multiple of {}; make the grid with "
                             "more levels",
                             e, fine.cells(), step));

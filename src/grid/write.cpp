@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <future>
 
 namespace patchwright::grid {
@@ -37,17 +39,18 @@ GridFormat grid_format(const std::filesystem::path& file) {
     if (extension == ".cgns") return GridFormat::Cgns;
     if (extension == ".xyz" || extension == ".p3d") return GridFormat::Plot3d;
     if (extension == ".vtm") return GridFormat::Vtk;
-    throw base::InvalidArgument(fmt::format(
-        "{}: unknown extension '{}'; use .cgns, .xyz, .p3d or .vtm", file.string(), extension));
+    throw base::UsageError(fmt::format("{}: unknown extension '{}'; use .cgns, .xyz, .p3d or .vtm",
+                                       file.string(), extension));
 }
 
 GridQuality write_grid(const BlockSource& grid, const std::filesystem::path& file,
-                       const GridWriteOptions& options) {
+                       base::OutputSet& outputs, const GridWriteOptions& options) {
     const GridFormat format = grid_format(file);
     require_memory(grid.plan(), grid.layers(), 0);
-    const auto writer = format == GridFormat::Cgns     ? make_cgns_writer(grid, file, options)
-                        : format == GridFormat::Plot3d ? make_plot3d_writer(grid, file, options)
-                                                       : make_vtk_writer(grid, file, options);
+    const auto pending = std::make_shared<base::PendingFile>(file);
+    const auto writer = format == GridFormat::Cgns     ? make_cgns_writer(grid, *pending, options)
+                        : format == GridFormat::Plot3d ? make_plot3d_writer(grid, *pending, options)
+                                                       : make_vtk_writer(grid, *pending, options);
     const double factor = 1.0 / base::millimetres_per(options.unit);
     QualityMeter meter(grid);
     Buffer buffers[2];
@@ -66,30 +69,44 @@ GridQuality write_grid(const BlockSource& grid, const std::filesystem::path& fil
     }
     if (writing.valid()) writing.get();
     writer->finish();
+    outputs.add(pending);
     return meter.result();
 }
 
-OutputStream::OutputStream(const std::filesystem::path& temporary,
-                           const std::filesystem::path& file)
-    : file_(file), buffer_(1 << 20) {
+GridQuality write_grid(const BlockSource& grid, const std::filesystem::path& file,
+                       const WriteOptions& options) {
+    base::OutputSet outputs;
+    GridQuality quality = write_grid(grid, file, outputs, options);
+    outputs.commit();
+    return quality;
+}
+
+OutputStream::OutputStream(const std::filesystem::path& pending, const std::filesystem::path& file)
+    : pending_(pending), file_(file), buffer_(1 << 20) {
     stream_.rdbuf()->pubsetbuf(buffer_.data(), std::streamsize(buffer_.size()));
-    stream_.open(temporary, std::ios::binary);
+    stream_.open(pending, std::ios::binary);
     check();
 }
 
 void OutputStream::write(const void* data, std::size_t bytes) {
     stream_.write(static_cast<const char*>(data), std::streamsize(bytes));
+    size_ += bytes;
     check();
 }
 
 void OutputStream::close() {
     stream_.close();
     check();
+    std::error_code error;
+    if (std::filesystem::file_size(pending_, error) != size_)
+        throw base::OutputError(
+            fmt::format("{}: has not the size that was written; disk failure?", file_.string()));
 }
 
 void OutputStream::check() {
     if (!stream_) {
-        throw base::OutputError(fmt::format("{}: cannot be written: disk full?", file_.string()));
+        throw base::OutputError(
+            fmt::format("{}: cannot be written: {}", file_.string(), std::strerror(errno)));
     }
 }
 

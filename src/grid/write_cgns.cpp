@@ -2,7 +2,7 @@
 #include "grid/writer.h"
 
 #include <patchwright/base/error.h>
-#include <patchwright/base/pending_file.h>
+#include <patchwright/base/output_set.h>
 
 #include <cgnslib.h>
 #include <fmt/format.h>
@@ -50,12 +50,14 @@ CGNS_ENUMT(LengthUnits_t) cgns_unit(base::LengthUnit unit) {
 /// Source: CGNS standard interface data structures, version 3.4; index ranges count from 1.
 class CgnsWriter : public GridWriter {
   public:
-    CgnsWriter(const BlockSource& grid, const std::filesystem::path& file,
-               const GridWriteOptions& options)
-        : grid_(grid), file_(file), pending_(file), dimension_(grid.layers() > 1 ? 3 : 2) {
+    CgnsWriter(const BlockSource& grid, const base::PendingFile& file, const GridWriteOptions& options)
+        : grid_(grid),
+          file_(file.target().given),
+          pending_(file.path()),
+          dimension_(grid.layers() > 1 ? 3 : 2) {
         check_sizes();
         check(cg_set_file_type(CG_FILE_HDF5));
-        check(cg_open(pending_.path().c_str(), CG_MODE_WRITE, &handle_));
+        check(cg_open(pending_.c_str(), CG_MODE_WRITE, &handle_));
         open_ = true;
         check(cg_base_write(handle_, "Base", dimension_, 3, &base_));
         check(cg_goto(handle_, base_, "end"));
@@ -105,12 +107,22 @@ class CgnsWriter : public GridWriter {
     }
 
     void finish() override {
-        open_ = false;
-        check(cg_close(handle_));
-        pending_.commit();
+        close();
+        check(cg_open(pending_.c_str(), CG_MODE_READ, &handle_));
+        open_ = true;
+        int zones = 0;
+        check(cg_nzones(handle_, 1, &zones));
+        close();
+        if (zones != grid_.block_count())
+            throw base::OutputError(fmt::format("{}: has {} of {} blocks when it is read back",
+                                                file_.string(), zones, grid_.block_count()));
     }
 
   private:
+    void close() {
+        open_ = false;
+        check(cg_close(handle_));
+    }
     void check(int status) const {
         if (status == CG_OK) return;
         throw base::OutputError(
@@ -120,7 +132,7 @@ class CgnsWriter : public GridWriter {
         for (int b = 0; b < grid_.block_count(); ++b) {
             const auto [ni, nj, nk] = grid_.size(b);
             if (double(ni) * nj * nk > double(std::numeric_limits<std::int32_t>::max())) {
-                throw base::InvalidArgument(
+                throw base::UsageError(
                     fmt::format("{}: block {} has {} x {} x {} points, more than the CGNS library "
                                 "counts; use smaller blocks",
                                 file_.string(), b, ni, nj, nk));
@@ -191,7 +203,7 @@ class CgnsWriter : public GridWriter {
 
     const BlockSource& grid_;
     std::filesystem::path file_;
-    base::PendingFile pending_;
+    std::filesystem::path pending_;
     int dimension_;
     int handle_ = 0, base_ = 0;
     bool open_ = false;
@@ -202,8 +214,7 @@ class CgnsWriter : public GridWriter {
 
 }  // namespace
 
-std::unique_ptr<GridWriter> make_cgns_writer(const BlockSource& grid,
-                                             const std::filesystem::path& file,
+std::unique_ptr<GridWriter> make_cgns_writer(const BlockSource& grid, base::PendingFile& file,
                                              const GridWriteOptions& options) {
     return std::make_unique<CgnsWriter>(grid, file, options);
 }

@@ -1,7 +1,7 @@
 #include "grid/writer.h"
 
 #include <patchwright/base/error.h>
-#include <patchwright/base/pending_file.h>
+#include <patchwright/base/output_set.h>
 
 #include <fmt/format.h>
 
@@ -27,10 +27,10 @@ T ordered(T value, bool big_endian) {
 /// Source: Walatka, Buning, Pierce, Elson, PLOT3D user's manual (NASA TM-101067, 1990), chapter 8.
 class Plot3dWriter : public GridWriter {
   public:
-    Plot3dWriter(const BlockSource& grid, const std::filesystem::path& file,
+    Plot3dWriter(const BlockSource& grid, const base::PendingFile& file,
                  const GridWriteOptions& options)
-        : options_(options.plot3d), pending_(file), stream_(pending_.path(), file) {
-        check_records(grid, file);
+        : options_(options.plot3d), stream_(file.path(), file.target().given) {
+        check_records(grid, file.target().given);
         if (options_.form == Plot3dOptions::Form::Ascii) {
             std::string text = fmt::format("{}\n", grid.block_count());
             for (int b = 0; b < grid.block_count(); ++b) {
@@ -64,10 +64,7 @@ class Plot3dWriter : public GridWriter {
         end_record();
     }
 
-    void finish() override {
-        stream_.close();
-        pending_.commit();
-    }
+    void finish() override { stream_.close(); }
 
   private:
     void check_records(const BlockSource& grid, const std::filesystem::path& file) const {
@@ -76,7 +73,7 @@ class Plot3dWriter : public GridWriter {
             const auto [ni, nj, nk] = grid.size(b);
             const double bytes = 24.0 * ni * nj * nk;
             if (bytes > std::numeric_limits<std::int32_t>::max()) {
-                throw base::InvalidArgument(
+                throw base::UsageError(
                     fmt::format("{}: block {} has {:.3g} bytes, too many for a Fortran record; use "
                                 "plain binary",
                                 file.string(), b, bytes));
@@ -118,15 +115,13 @@ class Plot3dWriter : public GridWriter {
     }
 
     Plot3dOptions options_;
-    base::PendingFile pending_;
     OutputStream stream_;
     std::size_t record_ = 0;
 };
 
 }  // namespace
 
-std::unique_ptr<GridWriter> make_plot3d_writer(const BlockSource& grid,
-                                               const std::filesystem::path& file,
+std::unique_ptr<GridWriter> make_plot3d_writer(const BlockSource& grid, base::PendingFile& file,
                                                const GridWriteOptions& options) {
     return std::make_unique<Plot3dWriter>(grid, file, options);
 }

@@ -2,12 +2,11 @@
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/markup.h>
-#include <patchwright/base/pending_file.h>
+#include <patchwright/base/output_set.h>
 
 #include <fmt/format.h>
 
 #include <bit>
-#include <system_error>
 
 namespace patchwright::grid {
 
@@ -18,46 +17,16 @@ namespace fs = std::filesystem;
 constexpr const char* byte_order =
     std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian";
 
-/// A folder that goes again when nothing was put there.
-class BlockFolder {
-  public:
-    explicit BlockFolder(const fs::path& file)
-        : path_(file.parent_path() / file.stem()), is_new_(!fs::exists(path_)) {
-        std::error_code error;
-        if (is_new_ && !fs::create_directory(path_, error)) {
-            throw base::OutputError(fmt::format("{}: the folder for its blocks cannot be made: {}",
-                                                file.string(), error.message()));
-        }
-    }
-    ~BlockFolder() {
-        std::error_code ignored;
-        if (is_new_) fs::remove(path_, ignored);  // when it is empty
-    }
-    BlockFolder(const BlockFolder&) = delete;
-    BlockFolder& operator=(const BlockFolder&) = delete;
-
-    [[nodiscard]] std::string file_name(int block) const {
-        return fmt::format("{}_{}.vts", path_.filename().string(), block);
-    }
-    [[nodiscard]] fs::path file(int block) const { return path_ / file_name(block); }
-    [[nodiscard]] std::string name() const { return path_.filename().string(); }
-
-  private:
-    fs::path path_;
-    bool is_new_;
-};
-
 /// Source: VTK file formats (Kitware), XML, structured grids with raw appended data.
 class VtkWriter : public GridWriter {
   public:
-    VtkWriter(const BlockSource& grid, const fs::path& file)
-        : grid_(grid), file_(file), index_(file), folder_(file) {}
+    VtkWriter(const BlockSource& grid, base::PendingFile& file)
+        : grid_(grid), file_(file), name_(file.target().file.stem().string()) {}
 
     [[nodiscard]] bool wants_fields() const override { return true; }
 
     void write(int block, const BlockPoints& points, const CellFields& fields) override {
-        blocks_.push_back(std::make_unique<base::PendingFile>(folder_.file(block)));
-        OutputStream stream(blocks_.back()->path(), file_);
+        OutputStream stream(file_.part(block_file(block)), file_.target().given);
         struct Array {
             const char* name;
             const std::vector<float>* values;
@@ -99,24 +68,25 @@ class VtkWriter : public GridWriter {
             "byte_order=\"{}\" header_type=\"UInt64\">\n<vtkMultiBlockDataSet>\n",
             byte_order);
         for (int b = 0; b < grid_.block_count(); ++b) {
-            text += fmt::format(
-                "<DataSet index=\"{}\" name=\"{}\" file=\"{}/{}\"/>\n", b,
-                base::escape_markup(grid_.plan().layout.blocks[std::size_t(b)].name),
-                base::escape_markup(folder_.name()), base::escape_markup(folder_.file_name(b)));
+            text +=
+                fmt::format("<DataSet index=\"{}\" name=\"{}\" file=\"{}\"/>\n", b,
+                            base::escape_markup(grid_.plan().layout.blocks[std::size_t(b)].name),
+                            base::escape_markup(block_file(b)));
         }
         text += "</vtkMultiBlockDataSet>\n</VTKFile>\n";
-        OutputStream stream(index_.path(), file_);
+        OutputStream stream(file_.path(), file_.target().given);
         stream.write(text);
         stream.close();
-        for (const auto& block : blocks_) block->commit();
-        index_.commit();
         // What an older grid with more blocks left.
-        std::error_code ignored;
-        for (int b = grid_.block_count(); fs::remove(folder_.file(b), ignored); ++b) {
-        }
+        for (int b = grid_.block_count(); fs::exists(file_.target().folder() / block_file(b)); ++b)
+            file_.drop(block_file(b));
     }
 
   private:
+    /// In a folder of the grid's name.
+    [[nodiscard]] std::string block_file(int block) const {
+        return fmt::format("{0}/{0}_{1}.vts", name_, block);
+    }
     static void write_points(OutputStream& stream, const BlockPoints& points) {
         const std::uint64_t bytes = 3 * sizeof(double) * points.count();
         stream.write(&bytes, sizeof bytes);
@@ -135,15 +105,13 @@ class VtkWriter : public GridWriter {
     }
 
     const BlockSource& grid_;
-    fs::path file_;
-    base::PendingFile index_;
-    BlockFolder folder_;
-    std::vector<std::unique_ptr<base::PendingFile>> blocks_;
+    base::PendingFile& file_;
+    std::string name_;
 };
 
 }  // namespace
 
-std::unique_ptr<GridWriter> make_vtk_writer(const BlockSource& grid, const fs::path& file,
+std::unique_ptr<GridWriter> make_vtk_writer(const BlockSource& grid, base::PendingFile& file,
                                             const GridWriteOptions&) {
     return std::make_unique<VtkWriter>(grid, file);
 }

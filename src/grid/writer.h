@@ -14,32 +14,32 @@ class GridWriter {
     [[nodiscard]] virtual bool wants_fields() const { return false; }
     /// Blocks come in order, coordinates in the file's unit.
     virtual void write(int block, const BlockPoints& points, const CellFields& fields) = 0;
-    /// Puts the file in its place.
+    /// Ends the file and checks what can be read back.
     virtual void finish() = 0;
 };
 
-std::unique_ptr<GridWriter> make_cgns_writer(const BlockSource& grid,
-                                             const std::filesystem::path& file,
+std::unique_ptr<GridWriter> make_cgns_writer(const BlockSource& grid, base::PendingFile& file,
                                              const GridWriteOptions& options);
-std::unique_ptr<GridWriter> make_plot3d_writer(const BlockSource& grid,
-                                               const std::filesystem::path& file,
+std::unique_ptr<GridWriter> make_plot3d_writer(const BlockSource& grid, base::PendingFile& file,
                                                const GridWriteOptions& options);
-std::unique_ptr<GridWriter> make_vtk_writer(const BlockSource& grid,
-                                            const std::filesystem::path& file,
+std::unique_ptr<GridWriter> make_vtk_writer(const BlockSource& grid, base::PendingFile& file,
                                             const GridWriteOptions& options);
 
 /// A stream that throws OutputError, naming `file`, when its content cannot be written.
 class OutputStream {
   public:
-    OutputStream(const std::filesystem::path& temporary, const std::filesystem::path& file);
+    /// @param pending  where to write; a new file
+    OutputStream(const std::filesystem::path& pending, const std::filesystem::path& file);
     void write(const void* data, std::size_t bytes);
     void write(std::string_view text) { write(text.data(), text.size()); }
+    /// Also checks that the file has the size written.
     void close();
 
   private:
     void check();
 
-    std::filesystem::path file_;
+    std::filesystem::path pending_, file_;
+    std::uintmax_t size_ = 0;
     std::vector<char> buffer_;
     std::ofstream stream_;
 };

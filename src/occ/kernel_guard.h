@@ -4,17 +4,22 @@
 #include <patchwright/base/error.h>
 
 #include <Standard_Failure.hxx>
+#include <Standard_OutOfMemory.hxx>
 
+#include <new>
 #include <string>
 #include <utility>
 
 namespace patchwright::occ {
 
-/// Calls `body`; a kernel exception becomes an `ErrorType` whose message starts with `context`.
+/// Calls `body`; a kernel exception becomes an `ErrorType` whose message starts with `context`, or
+/// std::bad_alloc where memory is used up.
 template <class ErrorType, class Body>
 auto guard_kernel(const std::string& context, Body&& body) {
     try {
         return std::forward<Body>(body)();
+    } catch (const Standard_OutOfMemory&) {
+        throw std::bad_alloc();
     } catch (const Standard_Failure& failure) {
         const char* text = failure.GetMessageString();
         throw ErrorType(context + ": CAD kernel: " + failure.DynamicType()->Name() +

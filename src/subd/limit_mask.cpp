@@ -190,13 +190,13 @@ LimitEvaluator::LimitEvaluator(std::shared_ptr<const mesh::Topology> topology)
 
 void LimitEvaluator::check(const Location& at) const {
     if (!at.face.valid() || at.face.value >= topology_->face_count()) {
-        throw base::InvalidArgument(fmt::format("face {} does not exist; there are {}",
-                                                at.face.value, topology_->face_count()));
+        throw base::UsageError(fmt::format("face {} does not exist; there are {}", at.face.value,
+                                           topology_->face_count()));
     }
     const int sectors = topology_->size(at.face) == 4 ? 1 : topology_->size(at.face);
     if (!(at.u >= 0.0 && at.u <= 1.0 && at.v >= 0.0 && at.v <= 1.0) || at.sector < 0 ||
         at.sector >= sectors) {
-        throw base::InvalidArgument(
+        throw base::UsageError(
             fmt::format("face {}: parameters ({}, {}) of sector {} are not on it", at.face.value,
                         at.u, at.v, at.sector));
     }

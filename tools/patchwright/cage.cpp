@@ -17,9 +17,7 @@ struct CageCommandOptions {
 };
 
 int make_cage_file(const CageCommandOptions& options) {
-    const auto cage_unit = base::parse_length_unit(options.cage_unit);
-    base::parse_length(options.tolerance);
-    Run run(options.common);
+    Run run(options.common, {{options.input}, {{"--output", options.output, OutputKind::Cage}}});
     const convert::Source source = read_source(run, options.input, options.read);
     refuse_control_mesh(source);
     const double diagonal = source.input.diagonal;
@@ -32,7 +30,7 @@ int make_cage_file(const CageCommandOptions& options) {
     run.report.cage = mesh::summarise(*made.cage.topology);
     run.report.layout = made.layout;
     run.end_stage("layout");
-    write_cage(made.cage, options.output, cage_unit);
+    write_cage(run, made.cage, options.output, base::parse_length_unit(options.cage_unit));
     run.end_stage("write");
     return run.finish();
 }
@@ -47,15 +45,19 @@ void register_cage(CLI::App& app, int& exit_code) {
     command
         ->add_option("--tolerance", options->tolerance,
                      fmt::format("what the cage is to be fitted to: {}", length_help))
+        ->check(is_length())
         ->capture_default_str();
     command
         ->add_option("--cage-unit", options->cage_unit,
                      "unit of the cage's numbers: mm, cm, m, in, ft")
+        ->check(is_unit())
         ->capture_default_str();
     add_input_options(*command, options->read);
     add_cage_options(*command, options->cage);
     add_common_options(*command, options->common, true);
-    command->callback([options, &exit_code] { exit_code = make_cage_file(*options); });
+    command->callback([options, &exit_code] {
+        exit_code = about_input(options->input, [&] { return make_cage_file(*options); });
+    });
 }
 
 }  // namespace patchwright::cli

@@ -1,8 +1,10 @@
 #include "command.h"
 
+#include "checks.h"
+#include "signals.h"
+
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
-#include <patchwright/base/pending_file.h>
 #include <patchwright/mesh/obj.h>
 
 #include <fmt/format.h>
@@ -10,12 +12,17 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <csignal>
 #include <cstdio>
+#include <utility>
 
 namespace patchwright::cli {
 
-volatile std::sig_atomic_t interrupted = 0;
+namespace {
+
+/// More than machines have; each takes a stack.
+constexpr int most_threads = 1024;
+
+}  // namespace
 
 void add_common_options(CLI::App& command, CommonOptions& options, bool with_html) {
     command.add_flag("-q,--quiet", options.quiet, "print errors only");
@@ -23,12 +30,17 @@ void add_common_options(CLI::App& command, CommonOptions& options, bool with_htm
     command.add_flag("--progress", options.progress,
                      "show progress even where there is no terminal");
     command.add_option("--threads", options.threads, "threads to use; 0: all cores")
-        ->check(CLI::NonNegativeNumber);
+        ->check(number_in(0, most_threads));
     command.add_option("--json", options.json, "write the report as JSON ('-': standard output)");
-    if (with_html) command.add_option("--report", options.html, "write the report as HTML");
+    if (with_html)
+        command.add_option("--report", options.html,
+                           "write the report as HTML ('-': standard output)");
 }
 
-Run::Run(const CommonOptions& options) : options_(options) {
+Run::Run(const CommonOptions& options, RunFiles files) : options_(options) {
+    files.outputs.push_back({"--json", options.json, OutputKind::Json});
+    files.outputs.push_back({"--report", options.html, OutputKind::Html});
+    check_files(files);
     base::set_thread_count(options.threads);
 }
 
@@ -45,7 +57,7 @@ base::Progress Run::progress() const {
             std::fflush(stderr);
             last = line;
         }
-        return interrupted == 0;
+        return stop_signal() == 0;
     };
 }
 
@@ -56,7 +68,7 @@ base::Budget Run::budget(std::optional<double> limit_s) const {
 
 void Run::end_stage(const std::string& name) {
     note_stage(name, clock_.end(name));
-    if (interrupted != 0) throw base::Cancelled();
+    stop_if_asked();
 }
 
 void Run::add_stage(const std::string& name, double seconds) {
@@ -81,14 +93,27 @@ int Run::finish() {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
     report.peak_memory_mb = double(usage.ru_maxrss) / 1024.0;
-    if (!options_.html.empty()) base::write_text_file(options_.html, report::to_html(report));
-    if (options_.json == "-") {
-        fmt::print("{}", report::to_json(report));
-    } else {
-        if (!options_.json.empty()) base::write_text_file(options_.json, report::to_json(report));
-        if (!options_.quiet) fmt::print("{}", report::to_text(report));
+    return finish(options_.json.empty() ? "" : report::to_json(report),
+                  options_.html.empty() ? "" : report::to_html(report), report::to_text(report));
+}
+
+int Run::finish(const std::string& json, const std::string& html, const std::string& text) {
+    const std::string* printed = options_.quiet ? nullptr : &text;
+    for (const auto& [file, content] :
+         {std::pair(&options_.json, &json), {&options_.html, &html}}) {
+        if (file->empty()) continue;
+        if (is_standard_output(*file))
+            printed = content;
+        else
+            outputs.add(*file, *content);
     }
-    return report.verdict && !report.verdict->met() ? VerdictMissed : Done;
+    stop_if_asked();
+    if (printed != nullptr) write_standard_output(*printed);
+    stop_if_asked();
+    outputs.commit();
+    const int code = report.verdict && !report.verdict->met() ? VerdictMissed : Done;
+    outputs_are_in_place(code);
+    return code;
 }
 
 mesh::Cage read_cage(Run& run, const std::string& file, base::LengthUnit unit) {
@@ -110,10 +135,19 @@ mesh::Cage read_cage(Run& run, const std::string& file, base::LengthUnit unit) {
     return std::move(result.cage);
 }
 
-void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUnit unit) {
+void write_cage(Run& run, const mesh::Cage& cage, const std::string& file, base::LengthUnit unit) {
     mesh::Cage scaled = cage;
     scaled.points /= base::millimetres_per(unit);
-    base::write_text_file(file, mesh::obj_text(scaled));
+    const auto pending = std::make_shared<base::PendingFile>(file);
+    pending->write(mesh::obj_text(scaled));
+    try {
+        const mesh::Cage read = mesh::read_obj(pending->path()).cage;
+        if (read.points != scaled.points) throw base::InputError("other points");
+    } catch (const base::InputError& error) {
+        throw base::OutputError(fmt::format(
+            "{}: what was written cannot be read back, and is not kept: {}", file, error.what()));
+    }
+    run.outputs.add(pending);
 }
 
 }  // namespace patchwright::cli

@@ -1,8 +1,11 @@
 // What all subcommands share: exit codes, common options, progress and reporting.
 #pragma once
 
+#include "files.h"
+
 #include <patchwright/base/budget.h>
 #include <patchwright/base/error.h>
+#include <patchwright/base/output_set.h>
 #include <patchwright/base/stage_clock.h>
 #include <patchwright/base/units.h>
 #include <patchwright/mesh/cage.h>
@@ -40,9 +43,10 @@ void add_common_options(CLI::App& command, CommonOptions& options, bool with_htm
 /// One run of a subcommand: its report, its clock and its talk to the user.
 class Run {
   public:
-    explicit Run(const CommonOptions& options);
+    /// Checks `files`, and the report's, before anything is read; see check_files().
+    Run(const CommonOptions& options, RunFiles files);
 
-    /// Draws the stage on standard error when asked to or on a terminal; stops on Ctrl-C.
+    /// Draws the stage on standard error when asked to or on a terminal; stops on signals.
     [[nodiscard]] base::Progress progress() const;
     /// The same with a limit that counts from now.
     [[nodiscard]] base::Budget budget(std::optional<double> limit_s) const;
@@ -56,11 +60,15 @@ class Run {
     /// Remembered in the report, printed to standard error unless quiet.
     void notice(const std::string& text);
 
-    /// Writes JSON and HTML where asked, prints the summary to standard output unless quiet.
+    /// Writes the report as JSON and HTML where asked, prints the summary to standard output unless
+    /// quiet, and puts all outputs in place.
     /// @return Done, or VerdictMissed where the report's verdict is not met
     int finish();
+    /// The same with texts of other kinds than the report's.
+    int finish(const std::string& json, const std::string& html, const std::string& text);
 
     report::RunReport report;
+    base::OutputSet outputs;
 
   private:
     void note_stage(const std::string& name, double seconds);
@@ -69,22 +77,23 @@ class Run {
     base::StageClock clock_;
 };
 
+/// Calls `body`; errors of input that name no file are said to be of this one.
+template <class Body>
+auto about_input(const std::string& file, Body&& body) {
+    try {
+        return std::forward<Body>(body)();
+    } catch (const base::InputError& error) {
+        const std::string text = error.what();
+        throw base::InputError(text.find(file) == std::string::npos ? file + ": " + text : text);
+    }
+}
+
 /// Reads a cage whose numbers are in `unit`, in millimetres; fills report.cage.
 /// @throw InputError as mesh::read_obj, or when the cage is too small for double precision
 mesh::Cage read_cage(Run& run, const std::string& file, base::LengthUnit unit);
 
-/// Calls `body`; errors of what `file` holds name it.
-template <class Body>
-auto naming(const std::string& file, Body&& body) {
-    try {
-        return std::forward<Body>(body)();
-    } catch (const base::InputError& error) {
-        throw base::InputError(file + ": " + error.what());
-    }
-}
-
-/// Writes a cage, atomically, in `unit`.
-void write_cage(const mesh::Cage& cage, const std::string& file, base::LengthUnit unit);
+/// Adds a cage in `unit` to the run's outputs, and reads it back.
+void write_cage(Run& run, const mesh::Cage& cage, const std::string& file, base::LengthUnit unit);
 
 /// Each registers its subcommand; `exit_code` receives what the run ends with.
 void register_cage(CLI::App& app, int& exit_code);

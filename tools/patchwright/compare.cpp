@@ -32,8 +32,7 @@ measure::Verdict assess(const convert::Source& a, const convert::Source& b,
 }
 
 int compare_files(const CompareOptions& options) {
-    if (!options.tolerance.empty()) base::parse_length(options.tolerance);
-    Run run(options.common);
+    Run run(options.common, {{options.a, options.b}, {}});
     InputOptions output = options.read;
     output.unit.clear();  // given for A, as the input
     const convert::Source b = read_source(run, options.b, output);
@@ -59,16 +58,19 @@ void register_compare(CLI::App& app, int& exit_code) {
     command->add_option("a", options->a, input_help)->required();
     command->add_option("b", options->b, input_help)->required();
     command->add_option("--samples", options->samples, "samples each way")
-        ->check(CLI::PositiveNumber)
+        ->check(number_in(1, most_samples))
         ->capture_default_str();
-    command->add_option(
-        "--tolerance", options->tolerance,
-        fmt::format("largest deviation both ways, else the exit code is 3; A's sharp curves that "
-                    "are longer than 100 times this have to be kept: {}",
-                    length_help));
+    command
+        ->add_option("--tolerance", options->tolerance,
+                     fmt::format("largest deviation both ways, else the exit code is 3; A's sharp "
+                                 "curves that are longer than 100 times this have to be kept: {}",
+                                 length_help))
+        ->check(is_length());
     add_input_options(*command, options->read);
     add_common_options(*command, options->common, true);
-    command->callback([options, &exit_code] { exit_code = compare_files(*options); });
+    command->callback([options, &exit_code] {
+        exit_code = about_input(options->a, [&] { return compare_files(*options); });
+    });
 }
 
 }  // namespace patchwright::cli

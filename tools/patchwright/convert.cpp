@@ -34,9 +34,9 @@ void note_attempts(Run& run, const convert::Conversion& conversion) {
 }
 
 int convert_file(const ConvertCommandOptions& options) {
-    occ::file_format(options.output.file);  // refuses an unknown extension before the work
-    base::parse_length(options.fit.tolerance);
-    Run run(options.common);
+    Run run(options.common, {{options.input, options.cage_file},
+                             {{"--output", options.output.file, OutputKind::Cad},
+                              {"--cage-out", options.cage_out, OutputKind::Cage}}});
     const base::Budget budget = run.budget(options.fit.time_limit_s);
     const convert::Source source =
         read_source(run, options.input, options.read, {.progress = budget.limited()});
@@ -52,7 +52,7 @@ int convert_file(const ConvertCommandOptions& options) {
     converting.shape.write.unit = run.report.unit;
     converting.samples = options.samples;
     const convert::Conversion conversion =
-        convert::convert(source, options.output.file, converting, budget);
+        convert::convert(source, options.output.file, run.outputs, converting, budget);
     for (const auto& [stage, seconds] : conversion.seconds) run.add_stage(stage, seconds);
     for (const std::string& text : conversion.notices) run.notice(text);
     note_attempts(run, conversion);
@@ -62,7 +62,8 @@ int convert_file(const ConvertCommandOptions& options) {
     const convert::Attempt& best = conversion.attempts[*conversion.kept];
     report_attempt(run, best);
     if (!options.cage_out.empty())
-        write_cage(best.fitted, options.cage_out, base::parse_length_unit(options.fit.cage_unit));
+        write_cage(run, best.fitted, options.cage_out,
+                   base::parse_length_unit(options.fit.cage_unit));
     return run.finish();
 }
 
@@ -78,13 +79,15 @@ void register_convert(CLI::App& app, int& exit_code) {
     command->add_option("--cage-out", options->cage_out, "write the fitted control mesh (OBJ)");
     add_input_options(*command, options->read);
     command->add_option("--samples", options->samples, "samples for the deviation, each way")
-        ->check(CLI::PositiveNumber)
+        ->check(number_in(1, most_samples))
         ->capture_default_str();
     add_output_options(*command, options->output);
     add_cage_options(*command, options->cage);
     add_fit_options(*command, options->fit);
     add_common_options(*command, options->common, true);
-    command->callback([options, &exit_code] { exit_code = convert_file(*options); });
+    command->callback([options, &exit_code] {
+        exit_code = about_input(options->input, [&] { return convert_file(*options); });
+    });
 }
 
 }  // namespace patchwright::cli

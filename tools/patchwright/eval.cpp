@@ -1,7 +1,6 @@
 #include "command.h"
 
 #include <patchwright/base/error.h>
-#include <patchwright/base/pending_file.h>
 #include <patchwright/subd/limit_mask.h>
 #include <patchwright/subd/normal_control.h>
 
@@ -9,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include <charconv>
-#include <cstdio>
 #include <memory>
 
 namespace patchwright::cli {
@@ -31,7 +29,7 @@ subd::Location parse_location(const std::string& text) {
         double value = 0.0;
         const auto [next, error] = std::from_chars(p, end, value);
         if (error != std::errc{} || (next != end && *next != ',')) {
-            throw base::InvalidArgument(
+            throw base::UsageError(
                 fmt::format("'{}' is no place on a cage; use FACE,U,V such as 0,0.5,0.25", text));
         }
         numbers.push_back(value);
@@ -41,7 +39,7 @@ subd::Location parse_location(const std::string& text) {
     const auto whole = [](double x) { return x == std::floor(x) && x >= 0 && x < 1e9; };
     if (numbers.size() < 3 || numbers.size() > 4 || !whole(numbers[0]) ||
         (numbers.size() == 4 && !whole(numbers[3]))) {
-        throw base::InvalidArgument(fmt::format(
+        throw base::UsageError(fmt::format(
             "'{}' is no place on a cage; use FACE,U,V, with ,SECTOR where the face is no quad",
             text));
     }
@@ -106,25 +104,17 @@ std::string to_text(const nlohmann::ordered_json& json) {
 int eval(const EvalOptions& options) {
     std::vector<subd::Location> places;
     for (const std::string& text : options.at) places.push_back(parse_location(text));
-    Run run(options.common);
+    Run run(options.common, {{options.cage}, {}});
     const mesh::Cage given = read_cage(run, options.cage, base::LengthUnit::Millimetre);
-    const mesh::Cage cage = naming(options.cage, [&] { return subd::control_normals(given); });
+    const mesh::Cage cage = about_input(options.cage, [&] { return subd::control_normals(given); });
     const subd::LimitEvaluator evaluator(cage.topology);
     nlohmann::ordered_json all = nlohmann::ordered_json::array();
     for (const subd::Location& at : places) {
         all.push_back(to_json(at, evaluator.evaluate(cage.points, at), evaluator.mask(at, 2)));
     }
-    if (options.common.json == "-") {
-        fmt::print("{}\n", all.dump(2));
-        return Done;
-    }
-    if (!options.common.json.empty()) {
-        base::write_text_file(options.common.json, all.dump(2) + "\n");
-    }
-    if (!options.common.quiet) {
-        for (const auto& json : all) fmt::print("{}", to_text(json));
-    }
-    return Done;
+    std::string text;
+    for (const auto& json : all) text += to_text(json);
+    return run.finish(all.dump(2) + "\n", "", text);
 }
 
 }  // namespace
@@ -140,7 +130,9 @@ void register_eval(CLI::App& app, int& exit_code) {
                      "the second; FACE,U,V,SECTOR for faces that are no quads")
         ->required();
     add_common_options(*command, options->common, false);
-    command->callback([options, &exit_code] { exit_code = eval(*options); });
+    command->callback([options, &exit_code] {
+        exit_code = about_input(options->cage, [&] { return eval(*options); });
+    });
 }
 
 }  // namespace patchwright::cli

@@ -21,14 +21,12 @@ struct ExportOptions {
 };
 
 int export_cage(const ExportOptions& options) {
-    occ::file_format(options.output.file);  // refuses an unknown extension before the work
     const auto cage_unit = base::parse_length_unit(options.cage_unit);
     if (options.output.shape.colouring == convert::Colouring::Deviation) {
-        throw base::InvalidArgument(
+        throw base::UsageError(
             "--color deviation needs an input to deviate from; use convert, or --color kind");
     }
-    base::parse_length(options.tolerance);
-    Run run(options.common);
+    Run run(options.common, {{options.cage}, {{"--output", options.output.file, OutputKind::Cad}}});
     run.report.unit = output_unit(options.output, cage_unit);
     const mesh::Cage cage = read_cage(run, options.cage, cage_unit);
     occ::check_size(geom::bounding_box(cage.points), options.cage);
@@ -37,13 +35,14 @@ int export_cage(const ExportOptions& options) {
     making.write.unit = run.report.unit;
     const double tolerance =
         length_mm(options.tolerance, geom::bounding_box(cage.points).diagonal());
-    const convert::Shape shape = naming(options.cage, [&] {
+    const convert::Shape shape = about_input(options.cage, [&] {
         return convert::make_shape(subd::control_normals(cage), making, {tolerance, tolerance});
     });
     for (const std::string& text : shape.notices) run.notice(text);
     run.end_stage("patch");
-    const occ::CadModel written =
-        convert::write_and_read_back(shape, options.output.file, making.write);
+    const auto file = std::make_shared<base::PendingFile>(options.output.file);
+    const occ::CadModel written = convert::write_and_read_back(shape, *file, making.write);
+    run.outputs.add(file);
     run.end_stage("write");
     const convert::ShapeFigures figures =
         convert::inspect_shape(shape, written, options.output.file, run.progress());
@@ -62,16 +61,20 @@ void register_export(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand("export", "limit surface of a cage to a CAD file");
     command->add_option("cage", options->cage, "control mesh (OBJ)")->required();
     command->add_option("--cage-unit", options->cage_unit, "unit of the cage's numbers")
+        ->check(is_unit())
         ->capture_default_str();
     command
         ->add_option("--tolerance", options->tolerance,
                      fmt::format("largest distance from the limit surface, which is exact away "
                                  "from extraordinary vertices: {}",
                                  length_help))
+        ->check(is_length())
         ->capture_default_str();
     add_output_options(*command, options->output);
     add_common_options(*command, options->common, true);
-    command->callback([options, &exit_code] { exit_code = export_cage(*options); });
+    command->callback([options, &exit_code] {
+        exit_code = about_input(options->cage, [&] { return export_cage(*options); });
+    });
 }
 
 }  // namespace patchwright::cli

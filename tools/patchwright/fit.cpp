@@ -15,9 +15,8 @@ struct FitCommandOptions {
 };
 
 int fit_file(const FitCommandOptions& options) {
-    const auto cage_unit = base::parse_length_unit(options.fit.cage_unit);
-    base::parse_length(options.fit.tolerance);
-    Run run(options.common);
+    Run run(options.common,
+            {{options.input, options.cage_file}, {{"--output", options.output, OutputKind::Cage}}});
     const base::Budget budget = run.budget(options.fit.time_limit_s);
     const convert::Source source =
         read_source(run, options.input, options.read, {.progress = budget.limited()});
@@ -28,7 +27,7 @@ int fit_file(const FitCommandOptions& options) {
     for (const std::string& text : fitted.notices) run.notice(text);
     const convert::Attempt& attempt = fitted.attempts.front();
     report_fit(run, attempt);
-    write_cage(attempt.fitted, options.output, cage_unit);
+    write_cage(run, attempt.fitted, options.output, base::parse_length_unit(options.fit.cage_unit));
     run.end_stage("write");
     return run.finish();
 }
@@ -47,7 +46,9 @@ void register_fit(CLI::App& app, int& exit_code) {
     add_cage_options(*command, options->cage);
     add_fit_options(*command, options->fit);
     add_common_options(*command, options->common, true);
-    command->callback([options, &exit_code] { exit_code = fit_file(*options); });
+    command->callback([options, &exit_code] {
+        exit_code = about_input(options->input, [&] { return fit_file(*options); });
+    });
 }
 
 }  // namespace patchwright::cli

@@ -1,3 +1,4 @@
+#include "checks.h"
 #include "command.h"
 #include "grid_rules.h"
 
@@ -40,7 +41,7 @@ grid::BorderCluster parse_cluster(const std::string& text, double diagonal) {
     const auto equals = text.rfind('=');
     const auto colon = text.find(':');
     if (equals == std::string::npos || colon == std::string::npos || colon > equals) {
-        throw base::InvalidArgument(fmt::format(
+        throw base::UsageError(fmt::format(
             "--cluster {}: write FAMILY:FAMILY=LENGTH, for example upper:lower=0.1mm", text));
     }
     return {text.substr(0, colon), text.substr(colon + 1, equals - colon - 1),
@@ -62,7 +63,7 @@ grid::PlanOptions plan_options(const GridOptions& options, double diagonal) {
     }
     const bool sized = plan.first_at_creases_mm > 0.0 || !plan.clusters.empty();
     if (sized && plan.law == grid::Law::Uniform) {
-        throw base::InvalidArgument(
+        throw base::UsageError(
             "--first-cell and --cluster need --spacing tanh or geometric (or cosine)");
     }
     return plan;
@@ -71,23 +72,23 @@ grid::PlanOptions plan_options(const GridOptions& options, double diagonal) {
 int make_grid(const GridOptions& options) {
     const auto cage_unit = base::parse_length_unit(options.cage_unit);
     grid::GridWriteOptions write{.unit = base::parse_length_unit(options.unit)};
-    grid::grid_format(options.output);  // refuses an unknown extension before the work
     write.plot3d = {options.form == "ascii"     ? grid::Plot3dOptions::Form::Ascii
                     : options.form == "fortran" ? grid::Plot3dOptions::Form::Fortran
                                                 : grid::Plot3dOptions::Form::Binary,
                     options.endian == "big"};
     if (options.coarsen > options.levels) {
-        throw base::InvalidArgument(fmt::format("--coarsen {} needs --levels {} or more",
-                                                options.coarsen, options.coarsen));
+        throw base::UsageError(fmt::format("--coarsen {} needs --levels {} or more",
+                                           options.coarsen, options.coarsen));
     }
-    Run run(options.common);
+    Run run(options.common,
+            {{options.cage, options.rules}, {{"--output", options.output, OutputKind::Grid}}});
     run.report.unit = write.unit;
     write.progress = run.progress();
     const mesh::Cage cage = read_cage(run, options.cage, cage_unit);
     const double diagonal = geom::bounding_box(cage.points).diagonal();
     run.end_stage("read");
 
-    const mesh::Cage controlled = naming(options.cage, [&] { return subd::control_normals(cage); });
+    const mesh::Cage controlled = about_input(options.cage, [&] { return subd::control_normals(cage); });
     grid::BlockLayout layout =
         grid::make_layout(controlled, options.blocks == "faces"    ? grid::BlockCovering::Faces
                                       : options.blocks == "charts" ? grid::BlockCovering::Charts
@@ -97,7 +98,7 @@ int make_grid(const GridOptions& options) {
     if (!options.rules.empty()) {
         wanted.rules = read_grid_rules(options.rules, layout, cage_unit, diagonal);
     }
-    const grid::Plan plan = naming(options.cage, [&] {
+    const grid::Plan plan = about_input(options.cage, [&] {
         return grid::coarsened(grid::make_plan(layout, wanted), options.coarsen);
     });
     run.end_stage("plan");
@@ -105,7 +106,7 @@ int make_grid(const GridOptions& options) {
     grid::GridQuality quality;
     if (options.layers > 0) {
         if (options.layer_height.empty() == options.thickness.empty()) {
-            throw base::InvalidArgument(
+            throw base::UsageError(
                 "--layers needs either --layer-height (of the first cell) or --thickness");
         }
         grid::LayerOptions layers{.cells = options.layers, .growth = options.growth};
@@ -117,9 +118,9 @@ int make_grid(const GridOptions& options) {
         layers.progress = run.progress();
         const grid::LayerGrid volume(plan, layers);
         run.end_stage("layers");
-        quality = grid::write_grid(volume, options.output, write);
+        quality = grid::write_grid(volume, options.output, run.outputs, write);
     } else {
-        quality = grid::write_grid(grid::SurfaceGrid(plan), options.output, write);
+        quality = grid::write_grid(grid::SurfaceGrid(plan), options.output, run.outputs, write);
     }
     run.report.grid = report::GridFigures{options.output, quality};
     run.report.verdict = measure::assess(
@@ -137,18 +138,20 @@ void add_block_options(CLI::App& command, GridOptions& options) {
         ->check(CLI::IsMember({"groups", "charts", "faces"}))
         ->capture_default_str();
     command.add_flag("--join", options.join, "join blocks of one family where they share a side");
-    command.add_option("--size", options.size,
-                       "mean length of cells along block edges at most: 5mm, 0.2in, or 0.01rel "
-                       "(of the cage's diagonal)");
+    command
+        .add_option("--size", options.size,
+                    "mean length of cells along block edges at most: 5mm, 0.2in, or 0.01rel "
+                    "(of the cage's diagonal)")
+        ->check(is_length());
     command.add_option("--points", options.points, "points along every block edge without --size")
-        ->check(CLI::Range(2, 1 << 20))
+        ->check(number_in(2, 1 << 20))
         ->capture_default_str();
     command
         .add_option("--levels", options.levels,
                     "make numbers of cells multiples of 2^LEVELS, for coarser grids")
-        ->check(CLI::Range(0, 16));
+        ->check(number_in(0, 16));
     command.add_option("--coarsen", options.coarsen, "write every 2^COARSEN-th point only")
-        ->check(CLI::Range(0, 16));
+        ->check(number_in(0, 16));
 }
 
 void add_spacing_options(CLI::App& command, GridOptions& options) {
@@ -157,9 +160,11 @@ void add_spacing_options(CLI::App& command, GridOptions& options) {
         ->capture_default_str();
     command.add_flag("--curvature", options.curvature,
                      "more points where block edges are curved, before the spacing law");
-    command.add_option("--first-cell", options.first_cell,
-                       "length of the first cell of lines that end on a crease, as trailing edges "
-                       "are");
+    command
+        .add_option("--first-cell", options.first_cell,
+                    "length of the first cell of lines that end on a crease, as trailing edges "
+                    "are")
+        ->check(is_length());
     command.add_option("--cluster", options.clusters,
                        "FAMILY:FAMILY=LENGTH: first cell of lines that end where blocks of these "
                        "families meet; an empty name is any");
@@ -173,11 +178,13 @@ void add_layer_options(CLI::App& command, GridOptions& options) {
     command
         .add_option("--layers", options.layers,
                     "cells grown off the surface along its normals: a volume grid")
-        ->check(CLI::Range(0, 10000));
-    command.add_option("--layer-height", options.layer_height, "height of the first layer");
-    command.add_option("--thickness", options.thickness, "height of all layers together");
+        ->check(number_in(0, 10000));
+    command.add_option("--layer-height", options.layer_height, "height of the first layer")
+        ->check(is_length());
+    command.add_option("--thickness", options.thickness, "height of all layers together")
+        ->check(is_length());
     command.add_option("--growth", options.growth, "each layer's height over the one below")
-        ->check(CLI::Range(0.5, 5.0))
+        ->check(number_in(0.5, 5.0))
         ->capture_default_str();
 }
 
@@ -194,8 +201,10 @@ void register_grid(CLI::App& app, int& exit_code) {
                      "grid to write: .cgns, .xyz or .p3d (Plot3D), .vtm (VTK)")
         ->required();
     command->add_option("--cage-unit", options->cage_unit, "unit of the cage's numbers")
+        ->check(is_unit())
         ->capture_default_str();
     command->add_option("--unit", options->unit, "unit of the grid: mm, cm, m, in or ft")
+        ->check(is_unit())
         ->capture_default_str();
     add_block_options(*command, *options);
     add_spacing_options(*command, *options);
@@ -208,7 +217,9 @@ void register_grid(CLI::App& app, int& exit_code) {
         ->capture_default_str();
     add_layer_options(*command, *options);
     add_common_options(*command, options->common, true);
-    command->callback([options, &exit_code] { exit_code = make_grid(*options); });
+    command->callback([options, &exit_code] {
+        exit_code = about_input(options->cage, [&] { return make_grid(*options); });
+    });
 }
 
 }  // namespace patchwright::cli

@@ -38,17 +38,17 @@ Picked pick(const grid::Plan& plan, const geom::Vec3& at) {
 }
 
 grid::EdgeRule read_rule(const json& rule, const grid::Plan& plan, double scale, double diagonal) {
-    if (!rule.is_object()) throw base::InvalidArgument("is no object");
+    if (!rule.is_object()) throw base::UsageError("is no object");
     for (const auto& [key, value] : rule.items()) {
         if (key != "at" && key != "only" && key != "cells" && key != "spacing" && key != "near" &&
             key != "far") {
-            throw base::InvalidArgument(fmt::format(
+            throw base::UsageError(fmt::format(
                 "has an unknown key '{}'; use at, only, cells, spacing, near, far", key));
         }
     }
     const auto at = rule.find("at");
     if (at == rule.end() || !at->is_array() || at->size() != 3) {
-        throw base::InvalidArgument("has no \"at\": [x, y, z]");
+        throw base::UsageError("has no \"at\": [x, y, z]");
     }
     const auto length = [&](const char* key) -> std::optional<double> {
         if (!rule.contains(key)) return std::nullopt;
@@ -63,7 +63,7 @@ grid::EdgeRule read_rule(const json& rule, const grid::Plan& plan, double scale,
         const auto name = rule.at("spacing").get<std::string>();
         const auto law = spacing_laws().find(name);
         if (law == spacing_laws().end()) {
-            throw base::InvalidArgument(
+            throw base::UsageError(
                 fmt::format("has spacing '{}'; use uniform, geometric, tanh or cosine", name));
         }
         result.law = law->second;
@@ -91,22 +91,20 @@ std::vector<grid::EdgeRule> read_grid_rules(const std::filesystem::path& file,
     std::vector<grid::EdgeRule> rules;
     try {
         const json content = json::parse(stream);
-        if (!content.is_array()) throw base::InvalidArgument("no array of rules");
+        if (!content.is_array()) throw base::UsageError("no array of rules");
         const grid::Plan plan = grid::make_plan(layout, {.cells = points_an_edge});
         for (const json& rule : content) {
             try {
                 rules.push_back(read_rule(rule, plan, base::millimetres_per(unit), diagonal_mm));
             } catch (const json::exception& error) {
-                throw base::InvalidArgument(
-                    fmt::format("rule {}: {}", rules.size() + 1, error.what()));
-            } catch (const base::InvalidArgument& error) {
-                throw base::InvalidArgument(
-                    fmt::format("rule {} {}", rules.size() + 1, error.what()));
+                throw base::UsageError(fmt::format("rule {}: {}", rules.size() + 1, error.what()));
+            } catch (const base::UsageError& error) {
+                throw base::UsageError(fmt::format("rule {} {}", rules.size() + 1, error.what()));
             }
         }
     } catch (const json::exception& error) {
         throw base::InputError(fmt::format("{}: no JSON: {}", file.string(), error.what()));
-    } catch (const base::InvalidArgument& error) {
+    } catch (const base::UsageError& error) {
         throw base::InputError(fmt::format("{}: {}", file.string(), error.what()));
     }
     return rules;

@@ -87,7 +87,7 @@ report::DetailFigures mesh_details(const convert::Source& input) {
 }
 
 int inspect(const InspectOptions& options) {
-    Run run(options.common);
+    Run run(options.common, {{options.file}, {}});
     const convert::Source input = read_source(run, options.file, options.read,
                                               {.heal = !options.no_heal, .with_surface = false});
     run.report.solid = input.figures;
@@ -111,7 +111,9 @@ void register_inspect(CLI::App& app, int& exit_code) {
     command->add_flag("--no-heal", options->no_heal,
                       "CAD: as it is in the file, nothing sewn or turned");
     add_common_options(*command, options->common, true);
-    command->callback([options, &exit_code] { exit_code = inspect(*options); });
+    command->callback([options, &exit_code] {
+        exit_code = about_input(options->file, [&] { return inspect(*options); });
+    });
 }
 
 }  // namespace patchwright::cli

@@ -1,26 +1,71 @@
 // The command line: reads arguments, turns errors into the contract's exit codes.
+#include "checks.h"
 #include "command.h"
+#include "signals.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/version.h>
 #include <patchwright/occ/guarded_read.h>
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
-#include <csignal>
-#include <cstdio>
+#include <new>
+#include <sstream>
+#include <system_error>
 
 namespace patchwright::cli {
 
-extern volatile std::sig_atomic_t interrupted;
-
 namespace {
 
-void on_interrupt(int) { interrupted = 1; }
-
 int fail(int code, const std::string& text) {
-    fmt::print(stderr, "patchwright: {}\n", text);
+    say_last_line(text);
     return code;
+}
+
+/// What an error says, and the exit code that goes with its kind.
+int report_error() {
+    if (const int signal = stop_signal()) return fail(exit_code_of(signal), message_of(signal));
+    try {
+        throw;
+    } catch (const CLI::ParseError& error) {
+        return fail(Usage, std::string(error.what()) + "; see --help");
+    } catch (const base::UsageError& error) {
+        return fail(Usage, error.what());
+    } catch (const base::InputError& error) {
+        return fail(BadInput, error.what());
+    } catch (const base::OutputError& error) {
+        return fail(NotWritten, error.what());
+    } catch (const base::TimeLimitReached&) {
+        return fail(VerdictMissed,
+                    "MISSED: the time limit was reached before there was a first result, and "
+                    "nothing was written; try a longer --time-limit or a coarser --tolerance");
+    } catch (const std::bad_alloc&) {
+        return fail(InternalError, out_of_memory);
+    } catch (const std::system_error& error) {
+        // Threads that cannot be started: no memory for their stacks, or a limit.
+        return fail(InternalError, fmt::format("the system refuses: {}; no file was written or "
+                                               "changed; use fewer --threads",
+                                               error.code().message()));
+    } catch (const std::exception& error) {
+        return fail(InternalError, fmt::format("internal error, please report: {}", error.what()));
+    }
+}
+
+void register_all(CLI::App& app, int& exit_code) {
+    register_convert(app, exit_code);
+    register_cage(app, exit_code);
+    register_fit(app, exit_code);
+    register_export(app, exit_code);
+    register_compare(app, exit_code);
+    register_inspect(app, exit_code);
+    register_grid(app, exit_code);
+    register_eval(app, exit_code);
+    register_subdivide(app, exit_code);
+    for (CLI::App* command : app.get_subcommands({}))
+        for (CLI::Option* option : command->get_options())
+            if (option->get_items_expected_max() > 0) option->check(is_not_empty());
 }
 
 int run(int argc, char** argv) {
@@ -32,40 +77,27 @@ int run(int argc, char** argv) {
         "Exit codes: 0 done and the verdict is met, 1 usage, 2 input unreadable or unusable, 3 the "
         "verdict is\n"
         "not met (tolerance, validity, folds, lost curves or bodies, time limit), 4 output could "
-        "not be\nwritten, 5 internal error, 130 interrupted.");
+        "not be\nwritten, 5 internal error or out of memory, 128 + number of the signal that "
+        "stopped it (Ctrl-C: 130).");
     int exit_code = Done;
-    register_convert(app, exit_code);
-    register_cage(app, exit_code);
-    register_fit(app, exit_code);
-    register_export(app, exit_code);
-    register_compare(app, exit_code);
-    register_inspect(app, exit_code);
-    register_grid(app, exit_code);
-    register_eval(app, exit_code);
-    register_subdivide(app, exit_code);
+    register_all(app, exit_code);
     try {
         app.parse(argc, argv);
         return exit_code;
     } catch (const CLI::Success& help) {
-        return app.exit(help);
-    } catch (const CLI::ParseError& error) {
-        return fail(Usage, std::string(error.what()) + "; see --help");
-    } catch (const base::InvalidArgument& error) {
-        return fail(Usage, error.what());
-    } catch (const base::InputError& error) {
-        return fail(BadInput, error.what());
-    } catch (const base::OutputError& error) {
-        return fail(NotWritten, error.what());
-    } catch (const base::TimeLimitReached&) {
-        return fail(VerdictMissed,
-                    "MISSED: the time limit was reached before there was a first result, and "
-                    "nothing was written; try a longer --time-limit or a coarser --tolerance");
-    } catch (const base::Cancelled&) {
-        return fail(130, "interrupted; nothing was written");
-    } catch (const std::bad_alloc&) {
-        return fail(InternalError, "out of memory; use a smaller cage or fewer --max-levels");
-    } catch (const std::exception& error) {
-        return fail(InternalError, fmt::format("internal error, please report: {}", error.what()));
+        std::ostringstream text;
+        app.exit(help, text, text);
+        write_standard_output(text.str());
+        return Done;
+    }
+}
+
+/// Standard streams that are closed become ones that cannot be used, lest a file that is opened
+/// takes their place.
+void occupy_standard_streams() {
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+        const int unusable = stream == STDIN_FILENO ? O_WRONLY : O_RDONLY;
+        if (::fcntl(stream, F_GETFD) < 0) (void)::open("/dev/null", unusable);
     }
 }
 
@@ -75,6 +107,12 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
     patchwright::occ::serve_read(argc, argv);
-    std::signal(SIGINT, patchwright::cli::on_interrupt);
-    return patchwright::cli::run(argc, argv);
+    using namespace patchwright::cli;
+    occupy_standard_streams();
+    try {
+        catch_signals();
+        return run(argc, argv);
+    } catch (...) {
+        return report_error();
+    }
 }

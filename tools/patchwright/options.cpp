@@ -9,6 +9,9 @@ namespace patchwright::cli {
 namespace {
 
 constexpr const char* this_program = "/proc/self/exe";
+/// Of a cage: what fits into memory.
+constexpr int most_faces = 1'000'000;
+constexpr double longest_time_limit_s = 1e7;  // a season; clocks count it
 
 /// @param ratio  the cage's diagonal by the model's
 void note_cage_size(Run& run, const std::string& file, base::LengthUnit unit, double ratio) {
@@ -25,20 +28,22 @@ void note_cage_size(Run& run, const std::string& file, base::LengthUnit unit, do
 }  // namespace
 
 void add_input_options(CLI::App& command, InputOptions& options) {
-    command.add_option("--input-unit", options.unit,
-                       "overrides the unit written in the input; STL and OBJ have none: mm");
+    command
+        .add_option("--input-unit", options.unit,
+                    "overrides the unit written in the input; STL and OBJ have none: mm")
+        ->check(is_unit());
     command.add_flag("--allow-loss", options.allow_loss,
                      "CAD: go on without the faces that cannot be transferred");
     command
         .add_option("--read-limit", options.read_limit_s,
                     "CAD: seconds of processor time for reading and sewing; by default 15, and 15 "
                     "for each MB of the file")
-        ->check(CLI::PositiveNumber);
+        ->check(positive_up_to(longest_time_limit_s));
     command
         .add_option("--sharp-angle", options.sharp_angle_deg,
                     "edges whose faces differ by more than this are sharp, degrees; by default 20, "
                     "for triangles 35")
-        ->check(CLI::Range(0.1, 179.0));
+        ->check(number_in(0.1, 179.0));
 }
 
 convert::Source read_source(Run& run, const std::string& file, const InputOptions& options,
@@ -69,7 +74,7 @@ void add_cage_options(CLI::App& command, CageArguments& options) {
     command
         .add_option("--target-faces", options.target_faces,
                     "number of faces to aim at, roughly; by default as the shape asks for")
-        ->check(CLI::PositiveNumber);
+        ->check(number_in(1, most_faces));
 }
 
 void add_fit_options(CLI::App& command, FitArguments& options) {
@@ -78,15 +83,17 @@ void add_fit_options(CLI::App& command, FitArguments& options) {
     command
         .add_option("--tolerance", options.tolerance,
                     fmt::format("largest deviation: {}", length_help))
+        ->check(is_length())
         ->capture_default_str();
     command
         .add_option("--cage-unit", options.cage_unit,
                     "unit of the cage's numbers: mm, cm, m, in, ft")
+        ->check(is_unit())
         ->capture_default_str();
     command
         .add_option("--max-levels", options.max_levels,
                     "refinements of the cage at most; by default 12, of made cages 2 to 12")
-        ->check(CLI::Range(0, 20));
+        ->check(number_in(0, 20));
     add_choice<RefinementScope>(
         command, "--refine", options.refinement,
         {{"local", RefinementScope::Local}, {"global", RefinementScope::Global}},
@@ -104,7 +111,7 @@ void add_fit_options(CLI::App& command, FitArguments& options) {
         command
             .add_option("--time-limit", options.time_limit_s,
                         "seconds; then the best result so far is checked and delivered")
-            ->check(CLI::PositiveNumber);
+            ->check(positive_up_to(longest_time_limit_s));
     if (options.time_limit_s) limit->default_str(fmt::format("{:g}", *options.time_limit_s));
 }
 
@@ -159,6 +166,7 @@ void add_output_options(CLI::App& command, OutputOptions& options) {
         .add_option("-o,--output", options.file, "CAD file to write: .step .stp .igs .iges .brep")
         ->required();
     command.add_option("--unit", options.unit, "unit of the output: mm, cm, m, in, ft or input")
+        ->check(is_unit_or_input())
         ->capture_default_str();
     add_choice<StepSchema>(
         command, "--schema", shape.write.schema,
@@ -184,7 +192,7 @@ void add_output_options(CLI::App& command, OutputOptions& options) {
         .add_option(
             "--cap-depth", shape.cap_depth,
             "knot levels towards an extraordinary vertex; by default as the tolerance needs")
-        ->check(CLI::Range(1, patch::max_cap_depth));
+        ->check(number_in(1, patch::max_cap_depth));
 }
 
 base::LengthUnit output_unit(const OutputOptions& options, base::LengthUnit input) {

@@ -1,6 +1,7 @@
 // Command-line options that several subcommands share, and what the library takes in their place.
 #pragma once
 
+#include "checks.h"
 #include "command.h"
 
 #include <patchwright/convert/convert.h>
@@ -43,6 +44,8 @@ struct InputOptions {
 };
 
 constexpr const char* input_help = "STEP, IGES, BREP, or triangles: STL, OBJ";
+/// Each way: about a gigabyte.
+constexpr int most_samples = 10'000'000;
 constexpr const char* length_help = "0.05mm, 0.002in, or 1e-4rel (of the diagonal)";
 
 void add_input_options(CLI::App& command, InputOptions& options);

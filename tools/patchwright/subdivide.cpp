@@ -1,3 +1,4 @@
+#include "checks.h"
 #include "command.h"
 
 #include <patchwright/base/error.h>
@@ -20,17 +21,17 @@ struct SubdivideOptions {
 };
 
 int subdivide(const SubdivideOptions& options) {
-    Run run(options.common);
+    Run run(options.common, {{options.cage}, {{"--output", options.output, OutputKind::Cage}}});
     const mesh::Cage cage = read_cage(run, options.cage, base::LengthUnit::Millimetre);
     run.end_stage("read");
     const double faces = cage.topology->corner_count() * std::pow(4.0, options.levels - 1);
     if (faces > max_faces) {
-        throw base::InvalidArgument(
+        throw base::UsageError(
             fmt::format("{} levels would make {:.3g} faces; use fewer", options.levels, faces));
     }
     const mesh::Cage fine = subd::refine(cage, options.levels);
     run.end_stage("subdivide");
-    write_cage(fine, options.output, base::LengthUnit::Millimetre);
+    write_cage(run, fine, options.output, base::LengthUnit::Millimetre);
     run.report.cage = mesh::summarise(*fine.topology);
     run.end_stage("write");
     return run.finish();
@@ -43,11 +44,13 @@ void register_subdivide(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand("subdivide", "Catmull-Clark steps on a cage");
     command->add_option("cage", options->cage, "control mesh (OBJ)")->required();
     command->add_option("-n", options->levels, "number of steps")
-        ->check(CLI::Range(0, 12))
+        ->check(number_in(0, 12))
         ->capture_default_str();
     command->add_option("-o,--output", options->output, "refined control mesh (OBJ)")->required();
     add_common_options(*command, options->common, false);
-    command->callback([options, &exit_code] { exit_code = subdivide(*options); });
+    command->callback([options, &exit_code] {
+        exit_code = about_input(options->cage, [&] { return subdivide(*options); });
+    });
 }
 
 }  // namespace patchwright::cli

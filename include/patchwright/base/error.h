@@ -12,10 +12,17 @@ class Error : public std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// A caller broke a documented precondition (library misuse, bad option value).
+/// A caller broke a documented precondition. Where the caller is this project, a bug.
 class InvalidArgument : public Error {
   public:
     using Error::Error;
+};
+
+/// What a user asked for is impossible: a value of an option is out of range, or does not suit the
+/// model. The message names the option's value.
+class UsageError : public InvalidArgument {
+  public:
+    using InvalidArgument::InvalidArgument;
 };
 
 /// A file or its content cannot be used: missing, unreadable, malformed, unsuitable.

@@ -19,7 +19,7 @@ std::string_view short_name(LengthUnit unit);
 /// factor of 2 or more.
 std::optional<LengthUnit> likely_unit(double millimetres);
 
-/// @throw InvalidArgument when `text` is none of mm, cm, m, in, ft
+/// @throw UsageError when `text` is none of mm, cm, m, in, ft
 LengthUnit parse_length_unit(std::string_view text);
 
 /// A length given absolutely or as a fraction of the model's bounding box diagonal.
@@ -32,7 +32,7 @@ struct Length {
 };
 
 /// Reads "0.05mm", "0.002in", "1e-4rel".
-/// @throw InvalidArgument when the number is missing, not positive, or the unit is unknown
+/// @throw UsageError when the number is missing, not positive, or the unit is unknown
 Length parse_length(std::string_view text);
 
 }  // namespace patchwright::base

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <patchwright/base/budget.h>
-#include <patchwright/base/pending_file.h>
+#include <patchwright/base/output_set.h>
 #include <patchwright/cage/make_cage.h>
 #include <patchwright/convert/shape.h>
 #include <patchwright/convert/source.h>
@@ -87,12 +87,17 @@ std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
 /// The best attempt; the first of equal ones.
 std::optional<std::size_t> choose_best(const std::vector<Attempt>& attempts);
 
-/// Makes attempts until one is met, none is left, or the budget is used up, and writes the best one
-/// to `output`. Missing the tolerance is a verdict, not an error. Where the budget is not used up,
-/// the bytes written do not depend on time or on the number of threads.
+/// Makes attempts until one is met, none is left, or the budget is used up, and adds the best one
+/// to `outputs`, as the file `output`. Missing the tolerance is a verdict, not an error. Where the
+/// budget is not used up, the bytes written do not depend on time or on the number of threads.
 /// @throw InputError when no cage can be made
-/// @throw OutputError when `output` cannot be written; an older file stays as it was
+/// @throw OutputError when `output` cannot be written
 /// @throw Cancelled when the budget's callback says so
+Conversion convert(const Source& source, const std::filesystem::path& output,
+                   base::OutputSet& outputs, const ConvertOptions& options,
+                   const base::Budget& budget = base::Budget());
+
+/// The same with `output` put in its place; an older file stays as it was when this fails.
 Conversion convert(const Source& source, const std::filesystem::path& output,
                    const ConvertOptions& options, const base::Budget& budget = base::Budget());
 

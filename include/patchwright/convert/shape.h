@@ -58,8 +58,8 @@ Shape make_shape(const mesh::Cage& cage, const ShapeOptions& options, ShapeToler
                  const geom::ReferenceSurface* source = nullptr);
 
 /// Writes the shape's model and reads it back.
-/// @throw OutputError when it cannot be written
-occ::CadModel write_and_read_back(const Shape& shape, const std::filesystem::path& file,
+/// @throw OutputError when it cannot be written, or not be read back
+occ::CadModel write_and_read_back(const Shape& shape, base::PendingFile& file,
                                   const occ::WriteOptions& options);
 
 /// What is measured on a model without its input.

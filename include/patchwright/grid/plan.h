@@ -71,13 +71,13 @@ struct Plan {
 };
 
 /// Places the points of all edges by arc length along the limit curves; each is evaluated once.
-/// @throw InvalidArgument for options out of range, families, edges or contradictory rules, and for
-///        more points than memory holds
-/// @throw InputError when a block's edge has no length
+/// @throw UsageError for families that do not exist, numbers of cells and rules that contradict
+///        each other, and more points than memory holds; InvalidArgument for options out of range;
+///        InputError for edges of no length
 Plan make_plan(const BlockLayout& layout, const PlanOptions& options = {});
 
 /// Every 2^levels-th point; of blocks' inner points as well.
-/// @throw InvalidArgument when numbers of cells are no multiples of that
+/// @throw UsageError when numbers of cells are no multiples of that
 Plan coarsened(const Plan& plan, int levels);
 
 /// The error of the line from `a` to `b` that a grid has in place of the surface; `middle` is the

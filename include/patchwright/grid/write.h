@@ -1,6 +1,7 @@
 // Grid files, written block by block: only one block is in memory at a time.
 #pragma once
 
+#include <patchwright/base/output_set.h>
 #include <patchwright/base/progress.h>
 #include <patchwright/base/units.h>
 #include <patchwright/grid/quality.h>
@@ -16,7 +17,7 @@ enum class GridFormat {
 };
 
 /// By extension.
-/// @throw InvalidArgument for an unknown one
+/// @throw UsageError for an unknown one
 GridFormat grid_format(const std::filesystem::path& file);
 
 struct Plot3dOptions {
@@ -35,8 +36,12 @@ struct GridWriteOptions {
     base::Progress progress;
 };
 
-/// Evaluates, measures and writes a grid. The file appears complete or not at all.
+/// Evaluates, measures and writes a grid, and adds the file to `outputs`.
 /// @throw OutputError when it cannot be written, Cancelled
+GridQuality write_grid(const BlockSource& grid, const std::filesystem::path& file,
+                       base::OutputSet& outputs, const GridWriteOptions& options = {});
+
+/// The same with the file put in its place: it appears complete or not at all.
 GridQuality write_grid(const BlockSource& grid, const std::filesystem::path& file,
                        const GridWriteOptions& options = {});
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <patchwright/base/colour.h>
+#include <patchwright/base/output_set.h>
 #include <patchwright/base/progress.h>
 #include <patchwright/base/units.h>
 #include <patchwright/geom/types.h>
@@ -119,10 +120,13 @@ struct WriteOptions {
     bool time_stamp = false;  ///< the clock's time instead of a fixed one, in formats that have one
 };
 
-/// Writes the format of the extension, atomically; two calls with one model give identical bytes,
-/// unless a time stamp is asked for. STEP holds names and colours of faces, with AP242 also area,
-/// volume and centroid as validation properties; IGES colours and names of eight characters.
-/// @throw OutputError when the kernel or the file system refuses; an older file stays as it was
+/// Writes the format of the extension; two calls with one model give identical bytes, unless a time
+/// stamp is asked for. STEP holds names and colours of faces, with AP242 also area, volume and
+/// centroid as validation properties; IGES colours and names of eight characters.
+/// @throw OutputError when the kernel or the file system refuses
+void write_cad(const CadModel& model, base::PendingFile& file, const WriteOptions& options = {});
+
+/// The same to its place; an older file stays as it was when this fails.
 void write_cad(const CadModel& model, const std::filesystem::path& path,
                const WriteOptions& options = {});
 

@@ -77,7 +77,7 @@ class LimitEvaluator {
     explicit LimitEvaluator(std::shared_ptr<const mesh::Topology> topology);
 
     /// @param order  of the highest derivatives: 0, 1 or 2
-    /// @throw InvalidArgument when the location is not on the mesh
+    /// @throw UsageError when the location is not on the mesh
     [[nodiscard]] Mask mask(const Location& at, int order = 0) const;
     [[nodiscard]] geom::Vec3 position(const geom::Points& points, const Location& at) const;
     /// @param order  of the highest derivatives that are wanted; others are zero

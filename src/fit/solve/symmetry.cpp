@@ -148,7 +148,7 @@ std::optional<SymmetryPlane> find_symmetry(const mesh::Topology& topology,
         const int axis = static_cast<int>(options.symmetry) - static_cast<int>(Symmetry::X);
         auto asked = plane(axis);
         if (!asked) {
-            throw base::InvalidArgument(fmt::format(
+            throw base::UsageError(fmt::format(
                 "symmetry: no sharp edges or borders of the cage belong to edges of the model that "
                 "lie on the plane {} = 0",
                 "xyz"[axis]));

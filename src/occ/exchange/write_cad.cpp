@@ -6,7 +6,7 @@
 #include "occ/kernel_guard.h"
 
 #include <patchwright/base/error.h>
-#include <patchwright/base/pending_file.h>
+#include <patchwright/base/output_set.h>
 #include <patchwright/base/version.h>
 
 #include <APIHeaderSection_MakeHeader.hxx>
@@ -32,7 +32,6 @@
 #include <fmt/format.h>
 
 #include <ctime>
-#include <fstream>
 #include <sstream>
 
 namespace patchwright::occ {
@@ -133,8 +132,7 @@ double smallest_knot_step(const CadModel& model) {
     return smallest;
 }
 
-void write_step(const CadModel& model, const Path& target, const Path& temporary,
-                const WriteOptions& options) {
+std::string step_file(const CadModel& model, const Path& target, const WriteOptions& options) {
     ExchangeSession session;
     const std::string name = options.name.value_or(target.stem().string());
     session.set("write.step.schema", kernel_schema(options.schema));
@@ -166,14 +164,10 @@ void write_step(const CadModel& model, const Path& target, const Path& temporary
     text.SendModel(Handle(StepData_Protocol)::DownCast(writer.WS()->Protocol()));
     std::ostringstream stream;
     if (!text.Print(stream)) refuse(target, "write the model as STEP");
-    const std::string compact = compact_step(encode_step_text(stream.str()));
-    std::ofstream file(temporary, std::ios::binary);
-    file.write(compact.data(), std::streamsize(compact.size())).flush();
-    if (!file) refuse(target, "write the file; disk full?");
+    return compact_step(encode_step_text(stream.str()));
 }
 
-void write_iges(const CadModel& model, const Path& target, const Path& temporary,
-                const WriteOptions& options) {
+std::string iges_file(const CadModel& model, const Path& target, const WriteOptions& options) {
     ExchangeSession session;
     // Mode 1: B-rep entities with shared edges, not independent trimmed faces.
     IGESControl_Writer writer(
@@ -194,25 +188,39 @@ void write_iges(const CadModel& model, const Path& target, const Path& temporary
     global.SetAuthorName(kernel_string(""));
     global.SetCompanyName(kernel_string(""));
     writer.Model()->SetGlobalSection(global);
-    if (!writer.Write(temporary.c_str())) refuse(target, "write the file; disk full?");
+    std::ostringstream stream;
+    if (!writer.Write(stream)) refuse(target, "write the model as IGES");
+    return stream.str();
+}
+
+std::string brep_file(const CadModel& model, const Path& target) {
+    std::ostringstream stream;
+    BRepTools::Write(model.impl().shape, stream);
+    if (!stream) refuse(target, "write the model as BREP");
+    return stream.str();
 }
 
 }  // namespace
 
-void write_cad(const CadModel& model, const Path& path, const WriteOptions& options) {
-    const FileFormat format = file_format(path);
-    base::PendingFile pending(path);
-    guard_kernel<base::OutputError>(path.string(), [&] {
-        switch (format) {
-            case FileFormat::Step: write_step(model, path, pending.path(), options); break;
-            case FileFormat::Iges: write_iges(model, path, pending.path(), options); break;
-            case FileFormat::Brep:
-                if (!BRepTools::Write(model.impl().shape, pending.path().c_str())) {
-                    refuse(path, "write the file; disk full?");
-                }
+void write_cad(const CadModel& model, base::PendingFile& file, const WriteOptions& options) {
+    const Path& target = file.target().given;
+    const std::string content = guard_kernel<base::OutputError>(target.string(), [&] {
+        switch (file_format(target)) {
+            case FileFormat::Step: return step_file(model, target, options);
+            case FileFormat::Iges: return iges_file(model, target, options);
+            case FileFormat::Brep: return brep_file(model, target);
         }
+        return std::string();
     });
-    pending.commit();
+    file.write(content);
+}
+
+void write_cad(const CadModel& model, const Path& path, const WriteOptions& options) {
+    base::OutputSet outputs;
+    const auto file = std::make_shared<base::PendingFile>(path);
+    write_cad(model, *file, options);
+    outputs.add(file);
+    outputs.commit();
 }
 
 }  // namespace patchwright::occ

@@ -1,0 +1,70 @@
+#include "base/pending_folders.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/base/output_set.h>
+
+#include <fmt/format.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstdint>
+#include <cstring>
+#include <system_error>
+#include <vector>
+
+namespace patchwright::base {
+
+namespace {
+
+/// Longer than any rename or removal takes on a file system that answers.
+constexpr std::chrono::milliseconds longest_hold{300};
+
+std::vector<std::filesystem::path>& pending_folders() {
+    static auto* const folders = new std::vector<std::filesystem::path>;  // outlives all threads
+    return *folders;
+}
+
+}  // namespace
+
+std::timed_mutex& pending_folders_mutex() {
+    static auto* const mutex = new std::timed_mutex;  // outlives all threads
+    return *mutex;
+}
+
+std::filesystem::path make_pending_folder(const std::filesystem::path& parent,
+                                          const std::filesystem::path& given) {
+    std::uint64_t number = 0;
+    if (::getrandom(&number, sizeof number, 0) != ssize_t(sizeof number))
+        throw OutputError(
+            fmt::format("{}: no random name: {}", given.string(), std::strerror(errno)));
+    std::filesystem::path folder = parent / fmt::format("{}{:016x}", pending_prefix, number);
+    const std::lock_guard lock(pending_folders_mutex());
+    pending_folders().reserve(pending_folders().size() + 1);
+    if (::mkdir(folder.c_str(), 0700) != 0)
+        throw OutputError(fmt::format("{}: nothing can be written in its folder: {}",
+                                      given.string(), std::strerror(errno)));
+    pending_folders().push_back(folder);
+    return folder;
+}
+
+void remove_pending_folder(const std::filesystem::path& folder) noexcept {
+    const std::lock_guard lock(pending_folders_mutex());
+    auto& all = pending_folders();
+    all.erase(std::remove(all.begin(), all.end(), folder), all.end());
+    std::error_code ignored;
+    std::filesystem::remove_all(folder, ignored);
+}
+
+void abandon_pending_files() noexcept {
+    if (!pending_folders_mutex().try_lock_for(longest_hold)) return;
+    for (const std::filesystem::path& folder : pending_folders()) {
+        std::error_code ignored;
+        std::filesystem::remove_all(folder, ignored);
+    }
+    // The mutex stays locked.
+}
+
+}  // namespace patchwright::base

@@ -1,0 +1,34 @@
+// What a run reads and writes, checked before anything is read.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace patchwright::cli {
+
+enum class OutputKind { Cad, Cage, Grid, Json, Html };
+
+struct OutputFile {
+    std::string option;  ///< as messages name it
+    std::string file;    ///< empty where the option may be left out, and was
+    OutputKind kind;
+};
+
+struct RunFiles {
+    std::vector<std::string> inputs;  ///< empty ones are left out
+    std::vector<OutputFile> outputs;
+};
+
+/// @throw UsageError for an extension that is not of the kind, and for outputs that are an input or
+///        another output, by whatever names or links
+/// @throw OutputError where nothing can be written; see base::OutputTarget
+void check_files(const RunFiles& files);
+
+/// "-", or another path of what standard output goes to.
+bool is_standard_output(const std::string& file);
+
+/// @throw OutputError when not all could be written
+void write_standard_output(std::string_view text);
+
+}  // namespace patchwright::cli
