@@ -122,7 +122,7 @@ OutputTarget::OutputTarget(fs::path path) : given(std::move(path)), file(given) 
     file = follow_links(given);
     if (file.filename().empty()) refuse_output(given, "is no file name");
     if (exists) {
-        mode = found.st_mode & 07777;
+        mode = fs::perms(found.st_mode) & fs::perms::mask;
         if (!is_writable(file, found.st_mode)) refuse_output(given, "is read-only");
     }
     struct stat at {};
@@ -173,7 +173,7 @@ std::vector<fs::path> PendingFile::relatives() const {
 void PendingFile::flush() const {
     for (const fs::path& name : relatives()) {
         const Descriptor file(private_folder_ / name, O_RDONLY | O_NOFOLLOW, target_.given);
-        if (target_.mode && name == target_.file.filename()) file.set_mode(*target_.mode);
+        if (target_.mode && name == target_.file.filename()) file.set_mode(mode_t(*target_.mode));
         file.flush();
     }
 }

@@ -64,6 +64,8 @@ Length parse_length(std::string_view text) {
             text));
     }
     const std::string_view unit = text.substr(static_cast<std::size_t>(rest - text.data()));
+    if (unit.empty())
+        throw UsageError(fmt::format("'{}' has no unit; use one, as in 0.05mm or 1e-4rel", text));
     if (unit != "rel") length.unit = parse_length_unit(unit);
     if (length.unit && !std::isfinite(length.in_millimetres(0.0)))
         throw UsageError(fmt::format("'{}' is too long to be measured in millimetres", text));

@@ -74,7 +74,7 @@ GridQuality write_grid(const BlockSource& grid, const std::filesystem::path& fil
 }
 
 GridQuality write_grid(const BlockSource& grid, const std::filesystem::path& file,
-                       const WriteOptions& options) {
+                       const GridWriteOptions& options) {
     base::OutputSet outputs;
     GridQuality quality = write_grid(grid, file, outputs, options);
     outputs.commit();

@@ -12,7 +12,6 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <cstdio>
 #include <utility>
 
 namespace patchwright::cli {
@@ -53,8 +52,7 @@ base::Progress Run::progress() const {
                 std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
             const auto line =
                 fmt::format("{:<10} {:3.0f} % {:6.1f} s", stage, 100 * fraction, seconds);
-            if (line != last) fmt::print(stderr, "\r{}\033[K", line);
-            std::fflush(stderr);
+            if (line != last) write_standard_error(fmt::format("\r{}\033[K", line));
             last = line;
         }
         return stop_signal() == 0;
@@ -78,17 +76,17 @@ void Run::add_stage(const std::string& name, double seconds) {
 
 void Run::note_stage(const std::string& name, double seconds) {
     report.seconds = clock_.seconds();
-    if (options_.verbose) fmt::print(stderr, "{}: {:.2f} s\n", name, seconds);
+    if (options_.verbose) write_standard_error(fmt::format("{}: {:.2f} s\n", name, seconds));
 }
 
 void Run::notice(const std::string& text) {
     report.notices.push_back(text);
-    if (!options_.quiet) fmt::print(stderr, "note: {}\n", text);
+    if (!options_.quiet) write_standard_error(fmt::format("note: {}\n", text));
 }
 
 int Run::finish() {
     if (!options_.quiet && (options_.progress || ::isatty(STDERR_FILENO) != 0)) {
-        fmt::print(stderr, "\r\033[K");
+        write_standard_error("\r\033[K");
     }
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);

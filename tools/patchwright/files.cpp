@@ -131,4 +131,9 @@ void write_standard_output(std::string_view text) {
             fmt::format("standard output: cannot be written: {}", std::strerror(errno)));
 }
 
+void write_standard_error(std::string_view text) {
+    std::fwrite(text.data(), 1, text.size(), stderr);
+    std::fflush(stderr);
+}
+
 }  // namespace patchwright::cli

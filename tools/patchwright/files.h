@@ -31,4 +31,7 @@ bool is_standard_output(const std::string& file);
 /// @throw OutputError when not all could be written
 void write_standard_output(std::string_view text);
 
+/// What cannot be written there is lost: results and files do not depend on it.
+void write_standard_error(std::string_view text);
+
 }  // namespace patchwright::cli

@@ -1,8 +1,6 @@
 // Output files appear complete, all files of a run together, or not at all.
 #pragma once
 
-#include <sys/types.h>
-
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -22,7 +20,7 @@ struct OutputTarget {
     std::filesystem::path given;  ///< as messages name it
     std::filesystem::path file;   ///< the file itself, there or not
     bool is_stream = false;       ///< a device or a pipe: written to, never replaced
-    std::optional<mode_t> mode;   ///< permissions of the file that is there
+    std::optional<std::filesystem::perms> mode;  ///< of the file that is there
 };
 
 /// An output under construction: a file, which may have parts beside it (the blocks of a grid). All
