@@ -50,7 +50,8 @@ CGNS_ENUMT(LengthUnits_t) cgns_unit(base::LengthUnit unit) {
 /// Source: CGNS standard interface data structures, version 3.4; index ranges count from 1.
 class CgnsWriter : public GridWriter {
   public:
-    CgnsWriter(const BlockSource& grid, const base::PendingFile& file, const GridWriteOptions& options)
+    CgnsWriter(const BlockSource& grid, const base::PendingFile& file,
+               const GridWriteOptions& options)
         : grid_(grid),
           file_(file.target().given),
           pending_(file.path()),

@@ -17,9 +17,9 @@ struct OutputTarget {
 
     [[nodiscard]] std::filesystem::path folder() const;
 
-    std::filesystem::path given;  ///< as messages name it
-    std::filesystem::path file;   ///< the file itself, there or not
-    bool is_stream = false;       ///< a device or a pipe: written to, never replaced
+    std::filesystem::path given;                 ///< as messages name it
+    std::filesystem::path file;                  ///< the file itself, there or not
+    bool is_stream = false;                      ///< a device or a pipe: written to, never replaced
     std::optional<std::filesystem::perms> mode;  ///< of the file that is there
 };
 
