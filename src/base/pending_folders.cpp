@@ -3,16 +3,19 @@
 #include <patchwright/base/error.h>
 #include <patchwright/base/output_set.h>
 
+#include <dirent.h>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/random.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cstdint>
 #include <cstring>
-#include <system_error>
 #include <vector>
 
 namespace patchwright::base {
@@ -25,6 +28,28 @@ constexpr std::chrono::milliseconds longest_hold{300};
 std::vector<std::filesystem::path>& pending_folders() {
     static auto* const folders = new std::vector<std::filesystem::path>;  // outlives all threads
     return *folders;
+}
+
+/// Allocates nothing, as memory may be used up.
+void remove_with_content(int parent, const char* name) noexcept {
+    const int folder = ::openat(parent, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    if (folder >= 0) {
+        alignas(dirent64) std::array<char, 4096> entries;
+        for (;;) {
+            const ssize_t size = ::getdents64(folder, entries.data(), entries.size());
+            if (size <= 0) break;
+            for (ssize_t at = 0; at < size;) {
+                const auto* entry = reinterpret_cast<const dirent64*>(entries.data() + at);
+                at += entry->d_reclen;
+                const std::string_view file(entry->d_name);
+                if (file == "." || file == "..") continue;
+                if (::unlinkat(folder, entry->d_name, 0) != 0 && errno == EISDIR)
+                    remove_with_content(folder, entry->d_name);
+            }
+        }
+        ::close(folder);
+    }
+    ::unlinkat(parent, name, AT_REMOVEDIR);
 }
 
 }  // namespace
@@ -54,16 +79,13 @@ void remove_pending_folder(const std::filesystem::path& folder) noexcept {
     const std::lock_guard lock(pending_folders_mutex());
     auto& all = pending_folders();
     all.erase(std::remove(all.begin(), all.end(), folder), all.end());
-    std::error_code ignored;
-    std::filesystem::remove_all(folder, ignored);
+    remove_with_content(AT_FDCWD, folder.c_str());
 }
 
 void abandon_pending_files() noexcept {
     if (!pending_folders_mutex().try_lock_for(longest_hold)) return;
-    for (const std::filesystem::path& folder : pending_folders()) {
-        std::error_code ignored;
-        std::filesystem::remove_all(folder, ignored);
-    }
+    for (const std::filesystem::path& folder : pending_folders())
+        remove_with_content(AT_FDCWD, folder.c_str());
     // The mutex stays locked.
 }
 

@@ -5,8 +5,10 @@
 #include <patchwright/base/output_set.h>
 
 #include <cgnslib.h>
+#include <dlfcn.h>
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <set>
@@ -47,6 +49,13 @@ CGNS_ENUMT(LengthUnits_t) cgns_unit(base::LengthUnit unit) {
     }
 }
 
+/// HDF5 prints its own errors, in each thread anew, unless told not to; CGNS has no call for that.
+void mute_hdf5() {
+    using SetAuto = int (*)(std::int64_t, void*, void*);
+    static const auto set_auto = reinterpret_cast<SetAuto>(::dlsym(RTLD_DEFAULT, "H5Eset_auto2"));
+    if (set_auto != nullptr) set_auto(0, nullptr, nullptr);
+}
+
 /// Source: CGNS standard interface data structures, version 3.4; index ranges count from 1.
 class CgnsWriter : public GridWriter {
   public:
@@ -57,6 +66,7 @@ class CgnsWriter : public GridWriter {
           pending_(file.path()),
           dimension_(grid.layers() > 1 ? 3 : 2) {
         check_sizes();
+        mute_hdf5();
         check(cg_set_file_type(CG_FILE_HDF5));
         check(cg_open(pending_.c_str(), CG_MODE_WRITE, &handle_));
         open_ = true;
@@ -81,6 +91,7 @@ class CgnsWriter : public GridWriter {
     CgnsWriter& operator=(const CgnsWriter&) = delete;
 
     void write(int block, const BlockPoints& points, const CellFields&) override {
+        mute_hdf5();
         const std::array<int, 3> size = grid_.size(block);
         std::array<cgsize_t, 9> sizes{};
         for (int d = 0; d < dimension_; ++d) {

@@ -4,9 +4,11 @@ and what is said is true.
 Usage: faults_test.py PATCHWRIGHT SAMPLES_DIR [--all] [unittest arguments]
 Without --all a slice of a quarter of a minute. Exit codes: 0 all passed, 1 not so, 77 none failed but a full disk could not be made.
 """
+import contextlib
 import os
 import pathlib
 import random
+import re
 import resource
 import shutil
 import signal
@@ -161,13 +163,26 @@ class Limits(Faults):
                     self.assertIn(STOPPING[signal.SIGXFSZ], self.said(error))
                     self.check_untouched()
 
+    def address_space(self, command):
+        """@return the most that a run without limits takes, bytes"""
+        peak = 0
+        process = self.start(command)
+        while process.poll() is None:
+            with contextlib.suppress(OSError):
+                found = re.search(r"VmPeak:\s+(\d+) kB", pathlib.Path(f"/proc/{process.pid}/status").read_text())
+                peak = max(peak, int(found[1]) * 1024 if found else 0)
+            time.sleep(0.01)
+        process.communicate()
+        self.fill(self.folder)
+        return peak
+
     def test_memory(self):
         steps = 20 if ALL else 3
         counts = {}
-        for command in ("convert", "grid", "subdivide", "compare") if ALL else ("subdivide",):
+        for command in ("convert", "grid", "grid layers", "subdivide", "compare") if ALL else ("export",):
+            peak = self.address_space(command)
             for step in range(steps):
-                # From what the libraries take when they are loaded, to enough.
-                size = int((250 + (1500 - 250) * step / (steps - 1)) * 2**20)
+                size = peak * (step + 1) // (steps + 1)
                 with self.subTest(command=command, size=size):
                     code, error = self.limited(command, resource.RLIMIT_AS, size)
                     counts[code] = counts.get(code, 0) + 1

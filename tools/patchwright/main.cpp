@@ -11,8 +11,10 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <new>
 #include <sstream>
+#include <string_view>
 #include <system_error>
 
 namespace patchwright::cli {
@@ -44,11 +46,13 @@ int report_error() {
     } catch (const std::bad_alloc&) {
         return fail(InternalError, out_of_memory);
     } catch (const std::system_error& error) {
-        // Threads that cannot be started: no memory for their stacks, or a limit.
         return fail(InternalError, fmt::format("the system refuses: {}; no file was written or "
-                                               "changed; use fewer --threads",
-                                               error.code().message()));
+                                               "changed",
+                                               error.what()));
     } catch (const std::exception& error) {
+        // So TBB says that there is no memory for a thread's stack.
+        if (std::string_view(error.what()).starts_with("pthread_create"))
+            return fail(InternalError, out_of_memory);
         return fail(InternalError, fmt::format("internal error, please report: {}", error.what()));
     }
 }
@@ -113,6 +117,7 @@ int main(int argc, char** argv) {
         catch_signals();
         return run(argc, argv);
     } catch (...) {
-        return report_error();
+        // Without tidying up, in which HDF5 crashes after a write that failed.
+        std::_Exit(report_error());
     }
 }

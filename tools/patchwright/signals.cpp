@@ -31,7 +31,7 @@ constexpr std::chrono::milliseconds longest_unwinding{1500};
 
 std::atomic<int> first_signal = 0;
 std::atomic<int> finished_with = -1;  // an exit code
-std::atomic<bool> has_said = false;
+std::atomic<bool> has_said = false, is_ending = false;
 sem_t signal_arrived;
 
 /// Allocates nothing.
@@ -42,8 +42,10 @@ void print_line(std::string_view text) noexcept {
     }
 }
 
-/// Ends the process without unwinding; threads may be anywhere. Allocates nothing.
+/// Ends the process without unwinding; threads may be anywhere. Allocates nothing. The first thread
+/// to come here decides.
 [[noreturn]] void end_now(int exit_code, const char* text) noexcept {
+    while (is_ending.exchange(true)) ::pause();
     base::abandon_pending_files();
     if (!has_said.exchange(true)) print_line(text);
     ::_exit(exit_code);

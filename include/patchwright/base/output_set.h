@@ -80,7 +80,7 @@ class OutputSet {
 };
 
 /// Removes what every PendingFile has written, for a process that is about to end without
-/// unwinding. From then on making, committing or destroying one blocks for good.
+/// unwinding; allocates nothing. From then on making, committing or destroying one blocks for good.
 void abandon_pending_files() noexcept;
 
 }  // namespace patchwright::base
