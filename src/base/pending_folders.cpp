@@ -14,8 +14,10 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <new>
 #include <vector>
 
 namespace patchwright::base {
@@ -26,7 +28,10 @@ namespace {
 constexpr std::chrono::milliseconds longest_hold{300};
 
 std::vector<std::filesystem::path>& pending_folders() {
-    static auto* const folders = new std::vector<std::filesystem::path>;  // outlives all threads
+    // Outlives all threads; made without memory, as it may be used up.
+    using Folders = std::vector<std::filesystem::path>;
+    alignas(Folders) static std::array<std::byte, sizeof(Folders)> place;
+    static auto* const folders = new (place.data()) Folders;
     return *folders;
 }
 
@@ -55,7 +60,8 @@ void remove_with_content(int parent, const char* name) noexcept {
 }  // namespace
 
 std::timed_mutex& pending_folders_mutex() {
-    static auto* const mutex = new std::timed_mutex;  // outlives all threads
+    alignas(std::timed_mutex) static std::array<std::byte, sizeof(std::timed_mutex)> place;
+    static auto* const mutex = new (place.data()) std::timed_mutex;
     return *mutex;
 }
 

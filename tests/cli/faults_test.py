@@ -179,7 +179,7 @@ class Limits(Faults):
     def test_memory(self):
         steps = 20 if ALL else 3
         counts = {}
-        for command in ("convert", "grid", "grid layers", "subdivide", "compare") if ALL else ("export",):
+        for command in ("convert", "grid", "grid layers", "subdivide", "compare") if ALL else ("subdivide",):
             peak = self.address_space(command)
             for step in range(steps):
                 size = peak * (step + 1) // (steps + 1)

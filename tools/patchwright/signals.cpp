@@ -45,6 +45,9 @@ void print_line(std::string_view text) noexcept {
 /// Ends the process without unwinding; threads may be anywhere. Allocates nothing. The first thread
 /// to come here decides.
 [[noreturn]] void end_now(int exit_code, const char* text) noexcept {
+    thread_local bool is_here = false;
+    if (is_here) ::_exit(exit_code);
+    is_here = true;
     while (is_ending.exchange(true)) ::pause();
     base::abandon_pending_files();
     if (!has_said.exchange(true)) print_line(text);
