@@ -88,7 +88,7 @@ int make_grid(const GridOptions& options) {
     const double diagonal = geom::bounding_box(cage.points).diagonal();
     run.end_stage("read");
 
-    const mesh::Cage controlled = about_input(options.cage, [&] { return subd::control_normals(cage); });
+    const auto controlled = about_input(options.cage, [&] { return subd::control_normals(cage); });
     grid::BlockLayout layout =
         grid::make_layout(controlled, options.blocks == "faces"    ? grid::BlockCovering::Faces
                                       : options.blocks == "charts" ? grid::BlockCovering::Charts
