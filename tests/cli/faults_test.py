@@ -184,6 +184,7 @@ class Limits(Faults):
             for step in range(steps):
                 size = peak * (step + 1) // (steps + 1)
                 with self.subTest(command=command, size=size):
+                    self.fill(self.folder)
                     code, error = self.limited(command, resource.RLIMIT_AS, size)
                     counts[code] = counts.get(code, 0) + 1
                     if code in (0, 3):
