@@ -87,7 +87,7 @@ TEST_CASE("what is no surface is refused with its place", "[geom][mesh]") {
     TriangleMesh broken = triangle_box(1, 1, 1);
     broken.points(7, 1) = std::numeric_limits<double>::quiet_NaN();
     CHECK_THROWS_WITH(make_sound(broken, "a.stl"),
-                      Contains("a.stl: triangle 2 has a point that is not finite"));
+                      Contains("a.stl: triangle 3 has a point that is not finite"));
 
     TriangleMesh flat = triangle_box(1, 1, 1);
     flat.points.setZero();
