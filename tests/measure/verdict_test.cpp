@@ -36,7 +36,7 @@ TEST_CASE("a result that fulfils every condition is met and says what it is", "[
     const measure::Verdict verdict = measure::assess(good());
     CHECK(verdict.met());
     CHECK(verdict.worst() == nullptr);
-    CHECK(verdict.conditions.size() == 11);
+    CHECK(verdict.conditions.size() == 10);
     for (const auto& c : verdict.conditions) CHECK(c.remedy.empty());
     CHECK(verdict.sentence(base::LengthUnit::Millimetre) ==
           "met 1e-4: one closed valid solid, 6 patches, 5.2e-5 of the diagonal");
