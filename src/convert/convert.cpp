@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace patchwright::convert {
 
@@ -233,7 +234,7 @@ Conversion convert(const Source& source, const std::filesystem::path& output,
     if (result.kept) {
         Attempt& best = result.attempts[*result.kept];
         add_bounds(best.deviation, *best.output, source.surface(), budget.unlimited());
-        outputs.add(best.file);
+        outputs.add(std::exchange(best.file, nullptr));
         run.clock.end("check");
     }
     result.seconds = run.clock.seconds();
