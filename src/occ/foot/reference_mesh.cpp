@@ -22,6 +22,7 @@
 #include <TopTools_IndexedMapOfShape.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Edge.hxx>
+#include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -326,6 +327,10 @@ ReferenceMesh triangulate(const SearchableShape& model, const std::vector<FaceSu
             }
         });
     }
+    for (const MeshTriangle& t : mesh.triangles)
+        if (!std::isfinite(t.error) || !(t.corner[0] + t.corner[1] + t.corner[2]).allFinite())
+            throw base::InputError(fmt::format(
+                "CAD model: face {} has points that are not finite; heal the file", t.face + 1));
     mesh.tree = geom::TriangleTree(corners, errors);
     lay_out_seeds(mesh);
     return mesh;
