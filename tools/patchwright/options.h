@@ -92,7 +92,7 @@ convert::ConvertOptions convert_options(Run& run, const convert::Source& source,
 void refuse_control_mesh(const convert::Source& source);
 
 /// In millimetres, of this diagonal.
-/// @throw InvalidArgument when the text is no length
+/// @throw UsageError when the text is no length
 double length_mm(const std::string& text, double diagonal_mm);
 
 /// Says so where the tolerance is less than the triangles' own distance from what they stand for.
