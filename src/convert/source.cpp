@@ -1,3 +1,4 @@
+#include <patchwright/base/error.h>
 #include <patchwright/convert/source.h>
 #include <patchwright/geom/mesh_figures.h>
 #include <patchwright/mesh/read_triangles.h>
@@ -5,12 +6,29 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <limits>
+
 namespace patchwright::convert {
 
 namespace {
 
 /// Blades and wings are not that small or large, but files whose unit is wrong are.
 constexpr double small_mm = 300.0, large_mm = 300e3;
+
+/// Of the diagonal: coordinates that are rounded to more turn normals and sew wrong sides together.
+constexpr double most_rounding_rel = 1e-9;
+
+/// @throw InputError when the model is so far from the origin that rounding shows
+void check_rounding(const geom::Box3& box, const std::string& file) {
+    const double farthest = std::max(-box.min.minCoeff(), box.max.maxCoeff());
+    const double rounding = std::numeric_limits<double>::epsilon() * farthest;
+    if (rounding <= most_rounding_rel * box.diagonal()) return;
+    throw base::InputError(fmt::format(
+        "{}: coordinates up to {:.3g} mm are rounded to {:.2g} mm, more than {:g} of the model's "
+        "diagonal of {:.3g} mm; move it nearer to the origin",
+        file, farthest, rounding, most_rounding_rel, box.diagonal()));
+}
 
 Source read_model(const std::string& file, const SourceOptions& options) {
     const occ::ReadOptions reading{.unit = options.unit,
@@ -26,6 +44,7 @@ Source read_model(const std::string& file, const SourceOptions& options) {
                   .read = read,
                   .options = options,
                   .notices = read.notices};
+    check_rounding(source.figures.bounds, file);
     const double diagonal = source.figures.bounds.diagonal();
     if (!options.unit && (diagonal < small_mm || diagonal > large_mm)) {
         source.notices.push_back(
@@ -88,6 +107,7 @@ Source read_mesh(const std::string& file, const SourceOptions& options) {
         .options = options,
         .notices = result.notices};
     source.figures = mesh_figures(file, *source.mesh, result.repair);
+    check_rounding(source.mesh->bounds(), file);
     const double diagonal = source.mesh->bounds().diagonal();
     if (!options.unit)
         source.notices.push_back(fmt::format(

@@ -108,8 +108,11 @@ double SizeField::factor_at(int v) const {
 
 void SizeField::add_vertex(int a, int b) {
     const int v = mesh_.vertex_count() - 1;
-    size_.push_back(
-        std::min(0.5 * (at(a) + at(b)), options_.scale * factor_at(v) * by_curvature(v)));
+    double size = options_.scale * factor_at(v) * by_curvature(v);
+    for (const int end : {a, b})
+        size =
+            std::min(size, at(end) + options_.growth * (mesh_.point(v) - mesh_.point(end)).norm());
+    size_.push_back(size);
 }
 
 void SizeField::limit_growth() {

@@ -20,9 +20,10 @@ using mesh::VertexId;
 constexpr int curve_samples = 24;  // of each piece that is compared with the plane
 // The sine of half a degree: what still counts as a right angle.
 constexpr double right_angle = 0.0087;
-// Points this near to the plane lie on it: a share of the diagonal for imprecise CAD, and of the
-// tolerance so that moving them onto the plane is not noticed.
-constexpr double on_plane_rel = 1e-5, on_plane_of_tolerance = 0.1;
+// Points this near to the plane lie on it: a share of the diagonal for imprecise CAD, of the
+// tolerance so that moving them onto the plane is not noticed, and of the model's width across the
+// plane, as both sides of a thin plate are not one plane.
+constexpr double on_plane_rel = 1e-5, on_plane_of_tolerance = 0.1, on_plane_of_width = 1e-3;
 // Normals are taken this share of the diagonal inside of the plane, where foot points are unique.
 constexpr double inward_rel = 1e-4;
 /// Such a point's foot is off by no more than this share of its way when the surface goes on.
@@ -33,17 +34,19 @@ class PlaneSearch {
     PlaneSearch(const geom::ReferenceSurface& reference, const FitOptions& options)
         : reference_(reference),
           diagonal_(reference.bounds().diagonal()),
-          off_(std::min(on_plane_rel * diagonal_, on_plane_of_tolerance * options.tolerance_mm)) {}
+          off_((on_plane_of_width * (reference.bounds().max - reference.bounds().min))
+                   .cwiseMin(std::min(on_plane_rel * diagonal_,
+                                      on_plane_of_tolerance * options.tolerance_mm))) {}
 
     [[nodiscard]] bool ends_at(int axis) const {
         const geom::Box3 box = reference_.bounds();
-        return std::abs(box.min[axis]) <= off_ || std::abs(box.max[axis]) <= off_;
+        return is_near(box.min[axis], axis) || is_near(box.max[axis], axis);
     }
 
     [[nodiscard]] bool lies_in(const FeaturePath& path, int axis) const {
         if (path.empty()) return false;
         bool inside = true;
-        visit(path, [&](const Vec3& p) { inside = inside && std::abs(p[axis]) <= off_; });
+        visit(path, [&](const Vec3& p) { inside = inside && is_near(p[axis], axis); });
         return inside;
     }
 
@@ -59,7 +62,9 @@ class PlaneSearch {
         return right;
     }
 
-    [[nodiscard]] bool is_near(double coordinate) const { return std::abs(coordinate) <= off_; }
+    [[nodiscard]] bool is_near(double coordinate, int axis) const {
+        return std::abs(coordinate) <= off_[axis];
+    }
 
   private:
     template <class Visit>
@@ -75,7 +80,7 @@ class PlaneSearch {
 
     const geom::ReferenceSurface& reference_;
     double diagonal_;
-    double off_;
+    Vec3 off_;  ///< by axis
 };
 
 /// The other ends of the edges at a vertex.
@@ -112,7 +117,7 @@ std::optional<SymmetryPlane> on_plane(int axis, const mesh::Topology& topology,
     }
     if (right.empty()) return std::nullopt;
     for (const VertexId v : topology.vertices()) {
-        if (search.is_near(points(v.value, axis))) on[v.index()] = 1;
+        if (search.is_near(points(v.value, axis), axis)) on[v.index()] = 1;
         if (on[v.index()] != 0) plane.vertices.push_back(v.value);
     }
     std::map<int, int> leaders;  // of a follower; -1 where there are several

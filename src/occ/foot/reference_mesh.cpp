@@ -48,6 +48,8 @@ constexpr double least_turn_rad = 1e-3;
 constexpr double widest_turn_rad = 1.2;
 /// A descent may step at once: half a radius of curvature, within these fractions of the triangle.
 constexpr double stride_of_radius = 0.5, least_stride = 0.05, largest_stride = 0.25;
+/// The sine of the angle at a corner of triangles that have no area but by rounding.
+constexpr double flat_rel = 1e-12;
 constexpr double off_face_rel = 1e-5;  // of the deflection; edges nearer than this lie on the face
 
 double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
@@ -159,6 +161,9 @@ void append_grid(const FaceSurface& surface, int number, ReferenceMesh& into) {
             triangle.corner[k] = surface.at(triangle.uv[k]);
             triangle.node[k] = into.nodes + i * (cells + 1) + j;
         }
+        // A face that is a curve is searched by its edges.
+        const auto& [a, b, c] = triangle.corner;
+        if ((b - a).cross(c - a).norm() <= flat_rel * (b - a).norm() * (c - a).norm()) return;
         into.triangles.push_back(triangle);
     };
     for (int i = 0; i < cells; ++i) {
