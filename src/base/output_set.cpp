@@ -10,7 +10,7 @@
 #include <cerrno>
 #include <cstring>
 #include <mutex>
-#include <string>
+#include <optional>
 #include <system_error>
 
 namespace patchwright::base {
@@ -22,65 +22,79 @@ namespace fs = std::filesystem;
 /// One file on its way to its place.
 struct Move {
     fs::path from, to, given;
-    fs::path backup;  ///< another name of the older file; empty: there was none
-    bool done = false;
+    fs::path folder;         ///< of `to`
+    fs::path backup;         ///< another name for the older file
+    bool is_backed = false;  ///< there was one
+    bool made_folder = false, done = false;
 };
 
-[[noreturn]] void refuse_move(const Move& move, const char* what, int error) {
-    throw OutputError(fmt::format("{}: {}: {}", move.given.string(), what, std::strerror(error)));
-}
-
-/// The renames of a commit. Destroyed without keep() it puts back what was there before.
+/// The renames of a commit: all of them, or none. Allocates nothing once they are all added.
 class Moves {
   public:
-    ~Moves() {
-        if (kept_) return;
-        for (const Move& move : moves_) {
-            if (!move.done) continue;
-            if (move.backup.empty())
-                ::unlink(move.to.c_str());
-            else
-                ::rename(move.backup.c_str(), move.to.c_str());
-        }
-        for (const fs::path& folder : made_folders_) ::rmdir(folder.c_str());
+    void add(fs::path from, fs::path to, fs::path given) {
+        fs::path folder = to.parent_path();
+        fs::path backup = from.parent_path() / fmt::format(".older{}", moves_.size());
+        moves_.push_back({.from = std::move(from),
+                          .to = std::move(to),
+                          .given = std::move(given),
+                          .folder = std::move(folder),
+                          .backup = std::move(backup)});
     }
-    void add(Move move) { moves_.push_back(std::move(move)); }
 
+    /// @throw OutputError
     void carry_out() {
-        for (Move& move : moves_) make_folder(move);
-        // The last rename needs no way back.
-        for (std::size_t i = 0; i + 1 < moves_.size(); ++i)
-            back_up(moves_[i], fmt::format(".older{}", i));
-        for (Move& move : moves_) {
-            if (::rename(move.from.c_str(), move.to.c_str()) != 0)
-                refuse_move(move, "cannot be put in its place", errno);
-            move.done = true;
-        }
-        kept_ = true;
+        std::unique_lock lock(pending_folders_mutex());
+        const std::optional<Problem> problem = try_all();
+        if (problem) undo();
+        lock.unlock();
+        if (problem)
+            throw OutputError(fmt::format("{}: {}: {}", problem->move->given.string(),
+                                          problem->what, std::strerror(problem->error)));
     }
 
   private:
-    void make_folder(const Move& move) {
-        const fs::path folder = move.to.parent_path();
-        if (::mkdir(folder.c_str(), 0777) == 0)
-            made_folders_.push_back(folder);
-        else if (errno != EEXIST)
-            refuse_move(move, "its folder cannot be made", errno);
+    struct Problem {
+        const Move* move;
+        const char* what;
+        int error;
+    };
+
+    std::optional<Problem> try_all() {
+        for (Move& move : moves_) {
+            move.made_folder = ::mkdir(move.folder.c_str(), 0777) == 0;
+            if (!move.made_folder && errno != EEXIST)
+                return Problem{&move, "its folder cannot be made", errno};
+        }
+        // The last rename needs no way back.
+        for (std::size_t i = 0; i + 1 < moves_.size(); ++i) {
+            Move& move = moves_[i];
+            move.is_backed = ::link(move.to.c_str(), move.backup.c_str()) == 0;
+            if (!move.is_backed && errno != ENOENT)
+                return Problem{&move,
+                               "the older file cannot be kept while several are replaced; write "
+                               "one file at a time on this file system",
+                               errno};
+        }
+        for (Move& move : moves_) {
+            move.done = ::rename(move.from.c_str(), move.to.c_str()) == 0;
+            if (!move.done) return Problem{&move, "cannot be put in its place", errno};
+        }
+        return std::nullopt;
     }
-    static void back_up(Move& move, const std::string& name) {
-        fs::path backup = move.from.parent_path() / name;
-        if (::link(move.to.c_str(), backup.c_str()) == 0)
-            move.backup = std::move(backup);
-        else if (errno != ENOENT)
-            refuse_move(move,
-                        "the older file cannot be kept while several are replaced; write one file "
-                        "at a time on this file system",
-                        errno);
+
+    void undo() const {
+        for (const Move& move : moves_) {
+            if (!move.done) continue;
+            if (move.is_backed)
+                ::rename(move.backup.c_str(), move.to.c_str());
+            else
+                ::unlink(move.to.c_str());
+        }
+        for (const Move& move : moves_)
+            if (move.made_folder) ::rmdir(move.folder.c_str());
     }
 
     std::vector<Move> moves_;
-    std::vector<fs::path> made_folders_;
-    bool kept_ = false;
 };
 
 }  // namespace
@@ -100,13 +114,10 @@ void OutputSet::commit() {
         if (file->target_.is_stream) continue;
         const fs::path main = file->target_.file.filename();
         for (const fs::path& name : file->relatives())
-            moves.add({file->private_folder_ / name, file->target_.folder() / name,
-                       name == main ? file->target_.given : file->target_.folder() / name});
+            moves.add(file->private_folder_ / name, file->target_.folder() / name,
+                      name == main ? file->target_.given : file->target_.folder() / name);
     }
-    {
-        const std::lock_guard lock(pending_folders_mutex());
-        moves.carry_out();
-    }
+    moves.carry_out();
     for (const auto& file : files_) {
         for (const fs::path& name : file->dropped_) {
             std::error_code ignored;

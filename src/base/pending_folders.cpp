@@ -10,15 +10,14 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <list>
 #include <new>
-#include <vector>
 
 namespace patchwright::base {
 
@@ -27,9 +26,10 @@ namespace {
 /// Longer than any rename or removal takes on a file system that answers.
 constexpr std::chrono::milliseconds longest_hold{300};
 
-std::vector<std::filesystem::path>& pending_folders() {
+using Folders = std::list<std::filesystem::path>;
+
+Folders& pending_folders() {
     // Outlives all threads; made without memory, as it may be used up.
-    using Folders = std::vector<std::filesystem::path>;
     alignas(Folders) static std::array<std::byte, sizeof(Folders)> place;
     static auto* const folders = new (place.data()) Folders;
     return *folders;
@@ -72,19 +72,21 @@ std::filesystem::path make_pending_folder(const std::filesystem::path& parent,
         throw OutputError(
             fmt::format("{}: no random name: {}", given.string(), std::strerror(errno)));
     std::filesystem::path folder = parent / fmt::format("{}{:016x}", pending_prefix, number);
-    const std::lock_guard lock(pending_folders_mutex());
-    pending_folders().reserve(pending_folders().size() + 1);
-    if (::mkdir(folder.c_str(), 0700) != 0)
+    Folders entry{folder};
+    std::unique_lock lock(pending_folders_mutex());
+    if (::mkdir(folder.c_str(), 0700) != 0) {
+        const int error = errno;
+        lock.unlock();
         throw OutputError(fmt::format("{}: nothing can be written in its folder: {}",
-                                      given.string(), std::strerror(errno)));
-    pending_folders().push_back(folder);
+                                      given.string(), std::strerror(error)));
+    }
+    pending_folders().splice(pending_folders().end(), entry);
     return folder;
 }
 
 void remove_pending_folder(const std::filesystem::path& folder) noexcept {
     const std::lock_guard lock(pending_folders_mutex());
-    auto& all = pending_folders();
-    all.erase(std::remove(all.begin(), all.end(), folder), all.end());
+    pending_folders().remove(folder);
     remove_with_content(AT_FDCWD, folder.c_str());
 }
 

@@ -7,7 +7,8 @@
 
 namespace patchwright::base {
 
-/// Held while folders are made, removed, or their files renamed.
+/// Held while folders are made, removed, or their files renamed; nothing is allocated meanwhile, as
+/// a process whose memory is used up takes it to remove them.
 std::timed_mutex& pending_folders_mutex();
 
 /// Makes a folder that only this user may enter, and remembers it.

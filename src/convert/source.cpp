@@ -35,8 +35,10 @@ Source read_model(const std::string& file, const SourceOptions& options) {
                                    .allow_loss = options.allow_loss,
                                    .heal = options.heal,
                                    .progress = options.progress};
-    occ::ReadResult result = options.reader ? occ::read_cad_guarded(file, *options.reader, reading)
-                                            : occ::read_cad(file, reading);
+    occ::ReadResult result =
+        options.reader != nullptr
+            ? occ::read_cad_guarded(file, *options.reader, reading, options.limits)
+            : occ::read_cad(file, reading);
     const occ::ReadReport& read = result.report;
     Source source{.model = result.model,
                   .figures = solid_figures(file, result.model),

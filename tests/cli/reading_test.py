@@ -67,7 +67,7 @@ class Reading(CliTest):
                 pipe = self.folder / f"{number.name}.step"
                 os.mkfifo(pipe)  # nobody writes to it: to read it takes for ever
                 process = subprocess.Popen([PATCHWRIGHT, "inspect", pipe], stderr=subprocess.PIPE, text=True)
-                self.wait_for(lambda: len(processes_with(str(pipe))) == 2)
+                self.wait_for(lambda: len(processes_with(str(pipe))) == 3)  # one starts another for the file
                 process.send_signal(number)
                 process.communicate(timeout=PATIENCE_S)
                 self.assertEqual(process.returncode, code)

@@ -20,7 +20,6 @@ using namespace patchwright;
 namespace {
 
 constexpr int repeats = 9;
-constexpr const char* this_program = "/proc/self/exe";
 
 struct Cost {
     double seconds = INFINITY, processor_seconds = INFINITY;
@@ -37,10 +36,12 @@ Cost cost_of_read(const std::string& file, bool guarded) {
     const double before = processor_seconds(RUSAGE_SELF);
     Cost cost;
     cost.seconds = test::seconds([&] {
-        if (guarded)
-            occ::read_cad_guarded(file, {.program = this_program});
-        else
+        if (!guarded) {
             occ::read_cad(file);
+            return;
+        }
+        occ::ReaderProcess reader;
+        occ::read_cad_guarded(file, reader);
     });
     cost.processor_seconds =
         processor_seconds(RUSAGE_SELF) - before + processor_seconds(RUSAGE_CHILDREN);
@@ -62,7 +63,6 @@ Cost run_once(const std::string& file, const std::string& how) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    occ::serve_read(argc, argv);
     if (argc == 3 && (argv[1] == std::string("here") || argv[1] == std::string("guarded"))) {
         const Cost cost = cost_of_read(argv[2], argv[1] == std::string("guarded"));
         fmt::print("{} {}\n", cost.seconds, cost.processor_seconds);

@@ -1,11 +1,11 @@
 // The command line: reads arguments, turns errors into the contract's exit codes.
 #include "checks.h"
 #include "command.h"
+#include "options.h"
 #include "signals.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/version.h>
-#include <patchwright/occ/guarded_read.h>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -110,10 +110,10 @@ void occupy_standard_streams() {
 }  // namespace patchwright::cli
 
 int main(int argc, char** argv) {
-    patchwright::occ::serve_read(argc, argv);
     using namespace patchwright::cli;
     occupy_standard_streams();
     try {
+        reader_process();
         catch_signals();
         return run(argc, argv);
     } catch (...) {

@@ -8,7 +8,6 @@ namespace patchwright::cli {
 
 namespace {
 
-constexpr const char* this_program = "/proc/self/exe";
 /// Of a cage: what fits into memory.
 constexpr int most_faces = 1'000'000;
 constexpr double longest_time_limit_s = 1e7;  // a season; clocks count it
@@ -46,14 +45,19 @@ void add_input_options(CLI::App& command, InputOptions& options) {
         ->check(number_in(0.1, 179.0));
 }
 
+occ::ReaderProcess& reader_process() {
+    static occ::ReaderProcess process;
+    return process;
+}
+
 convert::Source read_source(Run& run, const std::string& file, const InputOptions& options,
                             const ReadingOptions& needed) {
-    convert::SourceOptions reading{
-        .allow_loss = options.allow_loss,
-        .heal = needed.heal,
-        .with_surface = needed.with_surface,
-        .reader = occ::ReaderProcess{.program = this_program, .time_limit_s = options.read_limit_s},
-        .progress = needed.progress ? needed.progress : run.progress()};
+    convert::SourceOptions reading{.allow_loss = options.allow_loss,
+                                   .heal = needed.heal,
+                                   .with_surface = needed.with_surface,
+                                   .reader = &reader_process(),
+                                   .limits = {.time_s = options.read_limit_s},
+                                   .progress = needed.progress ? needed.progress : run.progress()};
     if (!options.unit.empty()) reading.unit = base::parse_length_unit(options.unit);
     if (options.sharp_angle_deg) reading.sharp_angle_rad = *options.sharp_angle_deg * M_PI / 180.0;
     convert::Source source = convert::read_source(file, reading);

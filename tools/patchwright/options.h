@@ -57,6 +57,9 @@ struct ReadingOptions {
     base::Progress progress;  ///< none: the run's
 };
 
+/// Reads CAD files. It starts at the first call, which main() makes before there are threads.
+occ::ReaderProcess& reader_process();
+
 /// Reads a CAD file (in a process of its own) or triangles, passes on what reading noticed, fills
 /// report.input.
 convert::Source read_source(Run& run, const std::string& file, const InputOptions& options,

@@ -20,7 +20,8 @@ struct SourceOptions {
     bool heal = true;                       ///< CAD: sew loose faces, turn faces outward
     std::optional<double> sharp_angle_rad;  ///< none: 20 degrees, for triangles 35
     bool with_surface = true;               ///< make the reference surface of a CAD model
-    std::optional<occ::ReaderProcess> reader;  ///< CAD: reads in its place; none: this process
+    occ::ReaderProcess* reader = nullptr;   ///< CAD: reads in its place; null: this process reads
+    occ::ReadLimits limits;                 ///< of `reader`
     base::Progress progress;
 };
 

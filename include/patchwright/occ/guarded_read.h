@@ -4,32 +4,49 @@
 #include <patchwright/occ/cad_model.h>
 
 #include <filesystem>
+#include <memory>
+#include <mutex>
 #include <optional>
 
 namespace patchwright::occ {
 
-/// Who reads, and what of the machine it may take.
-struct ReaderProcess {
-    /// A program whose main() gives its arguments to serve_read(), as patchwright's does.
-    std::filesystem::path program;
-    /// Of processor time; none: 15 and 15 for each MB of the file, ten times what any known file
-    /// takes.
-    std::optional<double> time_limit_s;
-    /// Of address space; none: 2048 and 512 for each MB of the file, twenty times what any known
-    /// file takes.
-    std::optional<double> memory_limit_mb;
+/// A copy of this process from before it had threads, which makes a copy of itself for each file.
+class ReaderProcess {
+  public:
+    /// For the first lines of main().
+    /// @pre this process has one thread: a copy has no others, but all the locks they hold
+    /// @throw InvalidArgument when it has more
+    /// @throw std::system_error when the system gives no process
+    ReaderProcess();
+    ~ReaderProcess();
+    ReaderProcess(const ReaderProcess&) = delete;
+    ReaderProcess& operator=(const ReaderProcess&) = delete;
+
+  private:
+    friend class ReaderRun;
+    std::mutex mutex_;  ///< held while a file is read
+    int control_ = -1;
+    int process_ = -1;
 };
 
-/// The same as read_cad(), but the kernel works in a child process, which ends with this one.
+/// What of the machine reading may take.
+struct ReadLimits {
+    /// Of processor time; none: 15 and 15 for each MB of the file, ten times what any known file
+    /// takes.
+    std::optional<double> time_s;
+    /// Of address space; none: 2048 and 512 for each MB of the file, twenty times what any known
+    /// file takes.
+    std::optional<double> memory_mb;
+};
+
+/// The same as read_cad(), but the kernel works in another process, which ends with this one.
+/// Waits while another thread reads.
 /// @throw InputError as read_cad(); also when the kernel crashes, recurses without end or exceeds a
 ///        limit, with the entity that it was at where that is known
-/// @throw Cancelled, TimeLimitReached from the progress callback; the child is gone then
-/// @throw Error when the program is not such a one
-ReadResult read_cad_guarded(const std::filesystem::path& path, const ReaderProcess& reader,
-                            const ReadOptions& options = {});
-
-/// The child's side, for the first line of main(). Does nothing unless the arguments are those of
-/// a child, and returns to nobody then.
-void serve_read(int argc, char** argv);
+/// @throw Cancelled, TimeLimitReached from the progress callback; nothing is being read then
+/// @throw std::bad_alloc when this process may have less memory than the limit, and it is used up
+/// @throw std::system_error when the system gives no process or ends it
+ReadResult read_cad_guarded(const std::filesystem::path& path, ReaderProcess& reader,
+                            const ReadOptions& options = {}, const ReadLimits& limits = {});
 
 }  // namespace patchwright::occ

@@ -1,10 +1,11 @@
 #include "occ/exchange/memory_file.h"
 
-#include <patchwright/base/error.h>
-
 #include <fmt/format.h>
 #include <sys/mman.h>
 #include <unistd.h>
+
+#include <cerrno>
+#include <system_error>
 
 namespace patchwright::occ {
 
@@ -16,8 +17,9 @@ MemoryFile::MemoryFile(std::string_view content)
         content.remove_prefix(std::size_t(written));
     }
     if (descriptor_ >= 0 && content.empty()) return;
+    const int error = errno;
     if (descriptor_ >= 0) ::close(descriptor_);
-    throw base::InputError("there is no memory for a repaired copy of the input");
+    throw std::system_error(error, std::generic_category(), "a repaired copy of the input");
 }
 
 MemoryFile::~MemoryFile() { ::close(descriptor_); }

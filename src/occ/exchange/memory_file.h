@@ -8,7 +8,7 @@ namespace patchwright::occ {
 
 class MemoryFile {
   public:
-    /// @throw InputError when the system has no memory for it
+    /// @throw std::system_error when the system has no memory for it
     explicit MemoryFile(std::string_view content);
     ~MemoryFile();
     MemoryFile(const MemoryFile&) = delete;

@@ -1,6 +1,6 @@
 #include "occ/guard/messages.h"
 
-#include <unistd.h>
+#include <sys/socket.h>
 
 #include <cerrno>
 #include <cstdint>
@@ -16,7 +16,7 @@ constexpr std::size_t head_size = 1 + sizeof(std::uint64_t);
 
 void send_bytes(int descriptor, const char* bytes, std::size_t count) {
     while (count > 0) {
-        const ssize_t written = ::write(descriptor, bytes, count);
+        const ssize_t written = ::send(descriptor, bytes, count, MSG_NOSIGNAL);
         if (written < 0 && errno == EINTR) continue;
         if (written <= 0) std::_Exit(EXIT_FAILURE);
         bytes += written;

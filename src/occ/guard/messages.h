@@ -1,4 +1,4 @@
-// What a reader process tells its parent, over a pipe.
+// What a worker of a reader process tells, over a socket.
 #pragma once
 
 #include <optional>
@@ -8,14 +8,12 @@
 namespace patchwright::occ {
 
 enum class MessageKind : char {
-    Hello = 'h',          ///< first: the version of the program
-    Progress = 'p',       ///< fraction as text, blank, stage
-    Entity = 'n',         ///< the entity that the kernel is given next
-    Refusal = 'r',        ///< text of an InputError
-    Failure = 'f',        ///< text of another error
-    OutOfMemory = 'm',    ///< no content
-    StackOverflow = 's',  ///< no content
-    Result = 'x'          ///< a ReadResult; see packed_result.h
+    Progress = 'p',     ///< fraction as text, blank, stage
+    Entity = 'n',       ///< the entity that the kernel is given next
+    Refusal = 'r',      ///< text of an InputError
+    Failure = 'f',      ///< text of another error
+    SystemError = 'e',  ///< errno as text
+    Result = 'x'        ///< a ReadResult; see packed_result.h
 };
 
 struct Message {
@@ -23,7 +21,7 @@ struct Message {
     std::string content;
 };
 
-/// Blocks until all of it is sent. A lost parent ends the process.
+/// Blocks until all of it is sent. Ends the process when nobody listens.
 void send_message(int descriptor, MessageKind kind, std::string_view content = {});
 
 /// Collects bytes as they come.

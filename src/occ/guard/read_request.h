@@ -1,14 +1,10 @@
-// What a parent asks a reader process for, as arguments of a program.
+// What a process asks its reader for.
 #pragma once
 
 #include <patchwright/occ/cad_model.h>
 
-#include <sys/types.h>
-
 #include <filesystem>
-#include <optional>
 #include <string>
-#include <vector>
 
 namespace patchwright::occ {
 
@@ -24,12 +20,9 @@ struct ReadRequest {
     int threads = 0;
     double processor_s = 0.0;  ///< limits
     double memory_mb = 0.0;
-    pid_t parent = 0;
 };
 
-std::vector<std::string> arguments_of(const ReadRequest& request);
-
-/// Nothing when the arguments, with the program's name first, are others.
-std::optional<ReadRequest> request_of(int argc, char** argv);
+std::string pack_request(const ReadRequest& request);
+ReadRequest unpack_request(const std::string& bytes);
 
 }  // namespace patchwright::occ

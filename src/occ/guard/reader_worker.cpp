@@ -1,16 +1,12 @@
 #include "occ/exchange/find_fault.h"
 #include "occ/guard/messages.h"
 #include "occ/guard/packed_result.h"
-#include "occ/guard/read_request.h"
-#include "occ/guard/reader_child.h"
+#include "occ/guard/reader_server.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
-#include <patchwright/base/version.h>
-#include <patchwright/occ/guarded_read.h>
 
 #include <fmt/format.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -20,6 +16,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <new>
+#include <system_error>
 
 namespace patchwright::occ {
 
@@ -33,6 +30,7 @@ constexpr std::size_t handler_stack_bytes = 1u << 16;
 
 std::uintptr_t stack_end = 0;
 
+/// Lowers a limit, or raises it to what is allowed.
 void set_limit(int resource, double value) {
     rlimit limit{};
     getrlimit(decltype(RLIMIT_AS)(resource), &limit);
@@ -46,16 +44,18 @@ void limit_resources(const ReadRequest& request) {
     const rlimit no_core{};
     setrlimit(RLIMIT_CORE, &no_core);
 #ifndef __SANITIZE_ADDRESS__  // which takes terabytes of address space for itself
-    set_limit(RLIMIT_AS, request.memory_mb * 1e6);
+    rlimit memory{};
+    getrlimit(RLIMIT_AS, &memory);
+    set_limit(RLIMIT_AS, std::min(request.memory_mb * 1e6, double(memory.rlim_cur)));
 #endif
+    // A write beyond the limit of file sizes is an error like others.
+    std::signal(SIGXFSZ, SIG_IGN);
 }
 
 void on_segmentation_fault(int signal, siginfo_t* info, void*) {
     const auto address = reinterpret_cast<std::uintptr_t>(info->si_addr);
-    if (address + stack_margin > stack_end && address < stack_end + stack_margin) {
-        send_message(message_descriptor, MessageKind::StackOverflow);
-        std::_Exit(EXIT_FAILURE);
-    }
+    if (address + stack_margin > stack_end && address < stack_end + stack_margin)
+        std::_Exit(stack_overflow_status);
     // The fault comes again, and ends the process as by default.
     std::signal(signal, SIG_DFL);
 }
@@ -76,46 +76,43 @@ void watch_stack() {
     sigaction(SIGSEGV, &action, nullptr);
 }
 
-void send(MessageKind kind, std::string_view content = {}) {
-    send_message(message_descriptor, kind, content);
-}
+[[noreturn]] void on_memory_used_up() { std::_Exit(out_of_memory_status); }
 
-void carry_out(ReadRequest request) {
+void read(ReadRequest request, int channel) {
     if (request.task == ReadTask::FindFault) {
-        find_fault(request.file,
-                   [](const std::string& entity) { send(MessageKind::Entity, entity); });
+        find_fault(request.file, [channel](const std::string& entity) {
+            send_message(channel, MessageKind::Entity, entity);
+        });
         return;
     }
-    request.options.progress = [last = std::string()](std::string_view stage,
-                                                      double fraction) mutable {
+    request.options.progress = [channel, last = std::string()](std::string_view stage,
+                                                               double fraction) mutable {
         const std::string text = fmt::format("{:.3f} {}", fraction, stage);
-        if (text != last) send(MessageKind::Progress, text);
+        if (text != last) send_message(channel, MessageKind::Progress, text);
         last = text;
         return true;
     };
-    send(MessageKind::Result, pack_result(read_cad(request.file, request.options)));
+    send_message(channel, MessageKind::Result,
+                 pack_result(read_cad(request.file, request.options)));
 }
 
 }  // namespace
 
-void serve_read(int argc, char** argv) {
-    const std::optional<ReadRequest> request = request_of(argc, argv);
-    if (!request) return;
-    // The parent may have ended before it could be asked to take this process with it.
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (::getppid() != request->parent) std::_Exit(EXIT_FAILURE);
-    send(MessageKind::Hello, base::version());
-    limit_resources(*request);
+void read_in_worker(const ReadRequest& request, int channel) {
+    limit_resources(request);
     watch_stack();
+    std::set_new_handler(on_memory_used_up);
     try {
-        base::set_thread_count(request->threads);
-        carry_out(*request);
+        base::set_thread_count(request.threads);
+        read(request, channel);
     } catch (const base::InputError& error) {
-        send(MessageKind::Refusal, error.what());
+        send_message(channel, MessageKind::Refusal, error.what());
     } catch (const std::bad_alloc&) {
-        send(MessageKind::OutOfMemory);
+        on_memory_used_up();
+    } catch (const std::system_error& error) {
+        send_message(channel, MessageKind::SystemError, std::to_string(error.code().value()));
     } catch (const std::exception& error) {
-        send(MessageKind::Failure, error.what());
+        send_message(channel, MessageKind::Failure, error.what());
     }
     // Nothing is worth being destroyed.
     std::_Exit(EXIT_SUCCESS);

@@ -1,0 +1,35 @@
+// The C library's allocation with the new-handler of C++, which signals.h sets: libraries in C
+// (HDF5, CGNS, the scanner of STEP files) crash, end the process or report a full disk where they
+// get no memory.
+#include <cstddef>
+#include <new>
+
+#ifndef __SANITIZE_ADDRESS__  // which has an allocation of its own
+
+namespace {
+
+void* checked(void* memory, bool is_needed) noexcept {
+    if (memory == nullptr && is_needed)
+        if (const std::new_handler handler = std::get_new_handler()) handler();
+    return memory;
+}
+
+}  // namespace
+
+extern "C" {
+
+// Of the GNU C library, which calls the functions below in their place.
+void* __libc_malloc(std::size_t) noexcept;
+void* __libc_calloc(std::size_t, std::size_t) noexcept;
+void* __libc_realloc(void*, std::size_t) noexcept;
+
+void* malloc(std::size_t bytes) noexcept { return checked(__libc_malloc(bytes), true); }
+void* calloc(std::size_t count, std::size_t bytes) noexcept {
+    return checked(__libc_calloc(count, bytes), true);
+}
+void* realloc(void* memory, std::size_t bytes) noexcept {
+    return checked(__libc_realloc(memory, bytes), bytes > 0);
+}
+}
+
+#endif
