@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <string_view>
 
 namespace patchwright::convert {
@@ -135,10 +136,14 @@ measure::VerdictFigures verdict_figures(const ShapeFigures& figures, bool closed
         .valid = solid.valid,
         .bodies = figures.bodies,
         .kink_rad = measure::Worst{figures.continuity.max_kink_rad, figures.continuity.kink_at},
-        .self_intersecting_faces = measure::Failures{int(figures.self_intersections.size()), {}},
+        .self_intersecting_faces = measure::Failures{},
         .patches = solid.faces,
         .closed = solid.closed};
-    if (!figures.self_intersections.empty())
+    std::set<int> intersecting;
+    for (const measure::SelfIntersection& hit : figures.self_intersections)
+        intersecting.insert(hit.surfaces.begin(), hit.surfaces.end());
+    result.self_intersecting_faces->count = int(intersecting.size());
+    if (!intersecting.empty())
         result.self_intersecting_faces->at = figures.self_intersections.front().point;
     if (closed) result.free_edges = solid.free_edges;
     // Formats without solids give none back, and no volume.

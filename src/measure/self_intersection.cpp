@@ -1,11 +1,10 @@
-#include "measure/bezier_piece.h"
+#include "measure/piece_meeting.h"
+#include "measure/surface_crossing.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
 #include <patchwright/measure/self_intersection.h>
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -96,6 +95,8 @@ class SurfaceTree {
         within(0, pairs);
         return pairs;
     }
+
+    [[nodiscard]] const BezierGrid& grid() const { return grid_; }
 
     [[nodiscard]] std::optional<SelfIntersection> search(const std::array<int, 2>& pair) const {
         const BezierPiece& a = grid_.pieces[std::size_t(pair[0])];
@@ -199,8 +200,8 @@ class SurfaceTree {
         const Relation relation = this->relation(a, b);
         if (relation == Relation::Apart) return std::nullopt;
         if (relation == Relation::Open) {
-            if (are_separated(a, b)) return std::nullopt;
-            if (auto hit = meeting_point(a, b)) return hit;
+            if (are_apart(a, b, 0.0)) return std::nullopt;
+            if (auto hit = loop_at(a, b)) return hit;
         }
         if (small) return std::nullopt;
         const bool split_a = a.size() >= b.size();
@@ -210,65 +211,22 @@ class SurfaceTree {
         return std::nullopt;
     }
 
-    /// By a plane across one of their normals, which divides flat pieces that boxes do not.
-    static bool are_separated(const BezierPiece& a, const BezierPiece& b) {
-        for (const BezierPiece* piece : {&a, &b}) {
-            const Vec3 normal = piece->du.axis.cross(piece->dv.axis);
-            const auto of_a = (a.net * normal).eval(), of_b = (b.net * normal).eval();
-            if (of_a.minCoeff() > of_b.maxCoeff() || of_b.minCoeff() > of_a.maxCoeff()) return true;
-        }
-        return false;
-    }
-
-    /// A common point of two pieces, by Newton steps of least length from their middles.
-    [[nodiscard]] std::optional<SelfIntersection> meeting_point(const BezierPiece& a,
-                                                                const BezierPiece& b) const {
-        constexpr int most_steps = 8;
+    [[nodiscard]] std::optional<SelfIntersection> loop_at(const BezierPiece& a,
+                                                          const BezierPiece& b) const {
         constexpr double exact = 1e-6;  // of the resolution
-        constexpr double astray = 3.0;  // from the middle, where steps lead elsewhere
-        Eigen::Vector4d at = Eigen::Vector4d::Constant(0.5);
-        for (int step = 0; step < most_steps; ++step) {
-            const auto p = a.at(at[0], at[1]), q = b.at(at[2], at[3]);
-            const Vec3 gap = p.position - q.position;
-            if (gap.norm() <= exact * resolution_) {
-                if ((at.array() < 0.0).any() || (at.array() > 1.0).any()) return std::nullopt;
-                const auto place = [](const Extent& e, double s, double t) {
-                    return Eigen::Vector2d(e.u[0] + s * (e.u[1] - e.u[0]),
-                                           e.v[0] + t * (e.v[1] - e.v[0]));
-                };
-                const SelfIntersection hit{
-                    0, p.position, {place(a, at[0], at[1]), place(b, at[2], at[3])}};
-                return is_loop(hit) ? std::optional(hit) : std::nullopt;
-            }
-            Eigen::Matrix<double, 3, 4> jacobian;
-            jacobian << p.du, p.dv, -q.du, -q.dv;
-            Eigen::Matrix3d normal = jacobian * jacobian.transpose();
-            // Keeps it regular where the pieces are parallel.
-            normal.diagonal().array() += 1e-12 * normal.trace();
-            at -= jacobian.transpose() * (normal.inverse() * gap);
-            if (!((at.array() - 0.5).abs() < astray).all()) return std::nullopt;
-        }
-        return std::nullopt;
+        const auto met = meeting_point(a, b, exact * resolution_);
+        if (!met || !is_loop(*met)) return std::nullopt;
+        return SelfIntersection{{}, met->point, met->uv};
     }
 
     /// Whether the surface leaves the place between the two visits, which are not merely at sides
     /// that are joined.
-    [[nodiscard]] bool is_loop(const SelfIntersection& hit) const {
-        const auto stays_near = [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
-            constexpr int parts = 8;
-            for (int k = 1; k <= parts; ++k) {
-                const Eigen::Vector2d uv = from + (to - from) * k / parts;
-                if ((surface_->at(uv[0], uv[1]).position - hit.point).norm() > resolution_)
-                    return false;
-            }
-            return true;
+    [[nodiscard]] bool is_loop(const PieceMeeting& hit) const {
+        const auto beside = [&](const Eigen::Vector2d& uv) {
+            return is_beside_side(*surface_, hit.point, uv, resolution_);
         };
-        const auto is_beside_side = [&](const Eigen::Vector2d& uv) {
-            return stays_near(uv, {domain_.u[0], uv[1]}) || stays_near(uv, {domain_.u[1], uv[1]}) ||
-                   stays_near(uv, {uv[0], domain_.v[0]}) || stays_near(uv, {uv[0], domain_.v[1]});
-        };
-        return !stays_near(hit.uv[0], hit.uv[1]) &&
-               !(is_beside_side(hit.uv[0]) && is_beside_side(hit.uv[1]));
+        return !stays_near(*surface_, hit.point, hit.uv[0], hit.uv[1], resolution_) &&
+               !(beside(hit.uv[0]) && beside(hit.uv[1]));
     }
 
     double resolution_ = 0.0, least_ = 0.0;
@@ -321,13 +279,17 @@ std::vector<SelfIntersection> find_self_intersections(
                                    if (k > first[s]) continue;
                                    first[s] = k;
                                    hits[s] = *hit;
-                                   hits[s].surface = int(s);
+                                   hits[s].surfaces = {int(s), int(s)};
                                }
                            });
     }
     std::vector<SelfIntersection> result;
     for (std::size_t s = 0; s < surfaces.size(); ++s)
         if (first[s] != none) result.push_back(hits[s]);
+    std::vector<const BezierGrid*> grids;
+    for (const auto& shape : shapes) grids.push_back(&shape->grid());
+    const auto crossings = find_crossings(surfaces, grids, resolution_mm, progress);
+    result.insert(result.end(), crossings.begin(), crossings.end());
     return result;
 }
 

@@ -137,7 +137,8 @@ std::string describe(const Condition& c, std::optional<double> tolerance_rel) {
             return fmt::format("a kink of {:.3g} degrees across an edge meant to be smooth",
                                c.value * degrees);
         case Requirement::SelfIntersections:
-            return plural(count, "face intersects itself", "faces intersect themselves");
+            return plural(count, "face intersects itself",
+                          "faces intersect themselves or each other");
         case Requirement::GridCells:
             return plural(count, "folded or negative cell", "folded or negative cells");
     }

@@ -8,7 +8,6 @@
 
 using namespace patchwright;
 using geom::Vec3;
-using measure::find_self_intersections;
 using test::spline_surface;
 
 namespace {
@@ -38,6 +37,20 @@ geom::BsplineSurface wing(double thickness_mm, double lift_mm, double trailing_g
     });
 }
 
+using Hits = std::vector<measure::SelfIntersection>;
+
+Hits find_self_intersections(const std::vector<geom::BsplineSurface>& surfaces,
+                             double resolution_mm) {
+    return measure::find_self_intersections(surfaces, resolution_mm);
+}
+
+/// Of surfaces with themselves: those of the tests lie in each other's way.
+Hits find_loops(const std::vector<geom::BsplineSurface>& surfaces, double resolution_mm) {
+    Hits hits = find_self_intersections(surfaces, resolution_mm);
+    std::erase_if(hits, [](const auto& hit) { return hit.surfaces[0] != hit.surfaces[1]; });
+    return hits;
+}
+
 void check_closes(const geom::BsplineSurface& s, const measure::SelfIntersection& hit) {
     for (const Eigen::Vector2d& uv : hit.uv)
         CHECK((s.at(uv[0], uv[1]).position - hit.point).norm() < 1e-4);
@@ -55,15 +68,15 @@ TEST_CASE("a swept loop crosses itself where its curve does", "[measure][oracle]
     };
     const std::vector<geom::BsplineSurface> surfaces{swept(curve(1.5), 4.0), swept(curve(0.4), 4.0),
                                                      swept(curve(0.6), 4.0)};
-    const auto hits = find_self_intersections(surfaces, 1e-3);
+    const auto hits = find_loops(surfaces, 1e-3);
     REQUIRE(hits.size() == 2);
-    CHECK(hits[0].surface == 0);
-    CHECK(hits[1].surface == 2);
+    CHECK(hits[0].surfaces[0] == 0);
+    CHECK(hits[1].surfaces[0] == 2);
     CHECK(hits[0].point.x() == Approx(0.5));
     check_closes(surfaces[0], hits[0]);
     // The loop is 0.05 long.
-    CHECK(find_self_intersections(surfaces, 0.2).size() == 1);
-    CHECK_THROWS_AS(find_self_intersections(surfaces, 0.0), base::InvalidArgument);
+    CHECK(find_loops(surfaces, 0.2).size() == 1);
+    CHECK_THROWS_AS(find_loops(surfaces, 0.0), base::InvalidArgument);
 }
 
 TEST_CASE("closed surfaces and poles are no self-intersections", "[measure][oracle]") {
@@ -76,25 +89,25 @@ TEST_CASE("closed surfaces and poles are no self-intersections", "[measure][orac
         return Vec3(50 * std::cos(a) * std::sin(b), 50 * std::sin(a) * std::sin(b),
                     -50 * std::cos(b));
     });
-    CHECK(find_self_intersections({torus, sphere}, 0.01).empty());
+    CHECK(find_loops({torus, sphere}, 0.01).empty());
     // A torus whose section is a figure of eight.
     const auto eight = spline_surface(24, 32, [](double u, double v) {
         const double a = 2 * M_PI * u, b = 2 * M_PI * v, r = 30.0 + 10.0 * std::sin(b);
         return Vec3(r * std::cos(a), r * std::sin(a), 5.0 * std::sin(2 * b));
     });
-    const auto hits = find_self_intersections({torus, eight}, 0.01);
+    const auto hits = find_loops({torus, eight}, 0.01);
     REQUIRE(hits.size() == 1);
-    CHECK(hits[0].surface == 1);
+    CHECK(hits[0].surfaces[0] == 1);
     check_closes(eight, hits[0]);
 }
 
 TEST_CASE("skins near each other are told from skins that cross", "[measure][oracle]") {
     const double resolution = 0.1;
-    CHECK(find_self_intersections({wing(120.0, 0.0, 0.0)}, resolution).empty());
-    CHECK(find_self_intersections({wing(0.1, 0.0, 0.0)}, resolution).empty());
-    CHECK(find_self_intersections({wing(0.1, 0.0, 0.1)}, resolution).empty());
+    CHECK(find_loops({wing(120.0, 0.0, 0.0)}, resolution).empty());
+    CHECK(find_loops({wing(0.1, 0.0, 0.0)}, resolution).empty());
+    CHECK(find_loops({wing(0.1, 0.0, 0.1)}, resolution).empty());
     const auto crossing = wing(20.0, -100.0, 0.0);
-    const auto hits = find_self_intersections({crossing}, resolution);
+    const auto hits = find_loops({crossing}, resolution);
     REQUIRE(hits.size() == 1);
     check_closes(crossing, hits[0]);
 }
@@ -108,9 +121,9 @@ TEST_CASE("a sheet folded over itself", "[measure][oracle]") {
             return Vec3(x, 50.0 * v, lift * std::cos(M_PI * u) + (v - 0.5) * 4.0);
         });
     };
-    CHECK(find_self_intersections({folded(5.0)}, 0.1).empty());
+    CHECK(find_loops({folded(5.0)}, 0.1).empty());
     // All layers in one plane.
-    const auto hits = find_self_intersections({folded(0.0)}, 0.1);
+    const auto hits = find_loops({folded(0.0)}, 0.1);
     REQUIRE(hits.size() == 1);
     check_closes(folded(0.0), hits[0]);
 }
@@ -119,13 +132,67 @@ TEST_CASE("the place of a self-intersection does not depend on threads", "[measu
     const auto crossing = wing(20.0, -100.0, 0.0);
     const std::vector<geom::BsplineSurface> surfaces(3, crossing);
     base::set_thread_count(1);
-    const auto one = find_self_intersections(surfaces, 0.1);
+    const auto one = find_loops(surfaces, 0.1);
     base::set_thread_count(0);
-    const auto all = find_self_intersections(surfaces, 0.1);
+    const auto all = find_loops(surfaces, 0.1);
     REQUIRE(one.size() == 3);
     REQUIRE(all.size() == 3);
     for (std::size_t k = 0; k < 3; ++k) {
         CHECK(one[k].point == all[k].point);
         CHECK(one[k].uv == all[k].uv);
     }
+}
+
+TEST_CASE("surfaces that cross are told from those that meet along their sides",
+          "[measure][oracle]") {
+    constexpr double tolerance = 1e-2;
+    const auto plane = [](const Vec3& at, const Vec3& along_u, const Vec3& along_v) {
+        return spline_surface(
+            6, 6, [=](double u, double v) { return Vec3(at + u * along_u + v * along_v); });
+    };
+    const auto pairs = [&](const std::vector<geom::BsplineSurface>& surfaces) {
+        std::vector<std::array<int, 2>> result;
+        for (const auto& hit : find_self_intersections(surfaces, tolerance)) {
+            result.push_back(hit.surfaces);
+            for (std::size_t k = 0; k < 2; ++k) {
+                const auto& s = surfaces[std::size_t(hit.surfaces[k])];
+                CHECK((s.at(hit.uv[k][0], hit.uv[k][1]).position - hit.point).norm() < 1e-6);
+            }
+        }
+        return result;
+    };
+    const auto ground = plane(Vec3(0, 0, 0), Vec3(10, 0, 0), Vec3(0, 10, 0));
+    // A wall on a side, one on half a side, one in the middle, one that stops short of the ground.
+    const auto on_side = plane(Vec3(0, 0, 0), Vec3(10, 0, 0), Vec3(0, 0, 4));
+    const auto on_half = plane(Vec3(0, 0, 0), Vec3(0, 5, 0), Vec3(0, 1, -4));
+    const auto through = plane(Vec3(2, 2, -1), Vec3(5, 1, 0), Vec3(0, 0.3, 4));
+    const auto above = plane(Vec3(2, 2, 2 * tolerance), Vec3(5, 1, 0), Vec3(0, 0.3, 4));
+    CHECK(pairs({ground, on_side, on_half, above}).empty());
+    CHECK(pairs({ground, on_side, through}) == std::vector<std::array<int, 2>>{{0, 2}});
+    // Into each other by less than the resolution and by more.
+    const auto sunk = [&](double depth) {
+        return plane(Vec3(2, 2, -depth), Vec3(5, 1, 0), Vec3(0, 0.3, 4));
+    };
+    CHECK(pairs({ground, sunk(0.5 * tolerance)}).empty());
+    CHECK(pairs({ground, sunk(3.0 * tolerance)}).size() == 1);
+    // Coplanar neighbours, and around a corner of five curved sheets.
+    CHECK(pairs({ground, plane(Vec3(10, 0, 0), Vec3(10, 3, 0), Vec3(0, 10, 0))}).empty());
+    std::vector<geom::BsplineSurface> sheets;
+    for (int k = 0; k < 5; ++k)
+        sheets.push_back(spline_surface(8, 8, [k](double u, double v) {
+            const double angle = 2 * M_PI * (k + v) / 5, r = 20.0 * u;
+            return Vec3(r * std::cos(angle), r * std::sin(angle), 0.02 * r * r);
+        }));
+    CHECK(pairs(sheets).empty());
+    // A wing's two sheets, sharp at the trailing edge; lifted at mid chord they pass through each
+    // other.
+    const auto sheet = [](double side, double sink) {
+        return spline_surface(30, 8, [=](double u, double v) {
+            const double camber = 30.0 * u * (1.0 - u) - sink * side * u * u * (1.0 - u);
+            return Vec3(1000.0 * u * u, 900.0 * v,
+                        camber + side * 60.0 * u * (1.0 - u) * (1.0 - u * u));
+        });
+    };
+    CHECK(pairs({sheet(1.0, 0.0), sheet(-1.0, 0.0)}).empty());
+    CHECK(pairs({sheet(1.0, 90.0), sheet(-1.0, 90.0)}).size() == 1);
 }
