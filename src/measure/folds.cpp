@@ -147,10 +147,10 @@ FoldFigures find_folds(const std::vector<geom::SurfaceSample>& samples,
                            [&](std::size_t begin, std::size_t end) {
                                for (std::size_t k = start + begin; k < start + end; ++k) {
                                    const geom::SurfaceSample& s = samples[doubtful[k]];
+                                   if (edges.is_near(s.point)) continue;
                                    const double least =
                                        agreement.least_angle(s.point, s.normal, sign);
-                                   if (least > options.angle_rad && !edges.is_near(s.point))
-                                       angle[k] = least;
+                                   if (least > options.angle_rad) angle[k] = least;
                                }
                            });
     }
