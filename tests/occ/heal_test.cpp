@@ -3,6 +3,7 @@
 
 #include "occ/exchange/iges_repair.h"
 #include "occ/heal/free_edge_gaps.h"
+#include "occ/hull.h"
 #include "occ/shapes.h"
 
 #include <patchwright/occ/inspect.h>
@@ -91,6 +92,20 @@ TEST_CASE("sewing takes the tolerance that the gaps ask for", "[occ][heal]") {
     CHECK(still.found.free_edges > 4);
     REQUIRE_FALSE(still.report.notices.empty());
     CHECK_THAT(still.report.notices.front(), Contains("stay open"));
+}
+
+TEST_CASE("sides as short as the gaps are points", "[occ][heal]") {
+    // All waterlines end in one place, but for the gaps.
+    constexpr int stations = 4, waterlines = 12;
+    for (const double gap_mm : {0.0, 0.01}) {
+        const auto faces = test::hull_faces(stations, waterlines, gap_mm);
+        const Healed hull = heal({faces.begin(), faces.end()});
+        CHECK(hull.found.shells_open == 1);
+        CHECK(hull.found.faces == stations * waterlines);
+        CHECK(hull.found.valid);
+        // The stern, the keel and the deck.
+        CHECK(hull.found.free_edges == waterlines + 2 * stations);
+    }
 }
 
 TEST_CASE("faces that are there twice and faces without width are left out", "[occ][heal]") {

@@ -31,10 +31,26 @@ std::vector<ModelEdge> free_edges(const TopoDS_Shape& shape) {
     return result;
 }
 
+constexpr int samples = 17;  // of an edge, within it
+
+geom::Vec3 sample(const ModelEdge& edge, int k) {
+    return edge.at(edge.first + (k + 0.5) / samples * (edge.last - edge.first));
+}
+
 }  // namespace
 
+int count_free_edges_beyond(const TopoDS_Shape& shape, double reach_mm) {
+    const std::vector<ModelEdge> edges = free_edges(shape);
+    return int(std::count_if(edges.begin(), edges.end(), [&](const ModelEdge& edge) {
+        const geom::Vec3 middle = sample(edge, samples / 2);
+        double farthest = 0.0;
+        for (int k = 0; k < samples; ++k)
+            farthest = std::max(farthest, (sample(edge, k) - middle).norm());
+        return farthest > reach_mm;
+    }));
+}
+
 std::vector<double> free_edge_gaps(const TopoDS_Shape& shape) {
-    constexpr int samples = 17;
     // Of the shape's size: chords of the search tree; distances are exact whatever their length.
     constexpr double chord_rel = 1e-3;
     const std::vector<ModelEdge> edges = free_edges(shape);
@@ -46,9 +62,7 @@ std::vector<double> free_edge_gaps(const TopoDS_Shape& shape) {
     for (std::size_t i = 0; i < edges.size(); ++i) {
         double widest = 0.0;
         for (int k = 0; k < samples; ++k) {
-            const double share = (k + 0.5) / samples;
-            const geom::Vec3 p =
-                edges[i].at(edges[i].first + share * (edges[i].last - edges[i].first));
+            const geom::Vec3 p = sample(edges[i], k);
             double nearest = std::numeric_limits<double>::infinity();
             search.visit(p, nearest, [&](const CurveHit& hit, double bound) {
                 if (hit.edge != int(i)) nearest = std::min(nearest, hit.distance);

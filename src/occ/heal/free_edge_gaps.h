@@ -12,4 +12,8 @@ namespace patchwright::occ {
 /// half the width of the opening if none does.
 std::vector<double> free_edge_gaps(const TopoDS_Shape& shape);
 
+/// Free edges with points farther than `reach_mm` from their middle: others are points at that
+/// scale.
+int count_free_edges_beyond(const TopoDS_Shape& shape, double reach_mm);
+
 }  // namespace patchwright::occ

@@ -55,6 +55,8 @@ class SewingPass {
     SewingPass(const std::vector<TopoDS_Shape>& parts, double tolerance,
                const base::Progress& progress)
         : sewing_(tolerance) {
+        // Shorter edges are points: taken for curves, those of a pole are compared pair by pair.
+        sewing_.SetMinTolerance(tolerance);
         for (const TopoDS_Shape& part : parts) sewing_.Add(part);
         const Handle(KernelProgress) polled = new KernelProgress(progress, "read", 0.6);
         sewing_.Perform(polled->Start());
@@ -96,7 +98,10 @@ Sewn sew_by_gaps(const std::vector<TopoDS_Shape>& parts, const SewingOptions& op
         SewingPass tried(parts, tolerance, options.progress);
         if (!tried.sound(faces.Extent())) return;
         if (wholly && tried.sewn().free_edges > 0) return;
-        if (!best.shape.IsNull() && tried.sewn().free_edges >= best.free_edges) return;
+        // Edges that became points were not joined.
+        if (!best.shape.IsNull() && count_free_edges_beyond(tried.sewn().shape, tolerance) >=
+                                        count_free_edges_beyond(best.shape, tolerance))
+            return;
         best = tried.sewn();
         tried.note(faces, origins);
     };
