@@ -6,17 +6,23 @@ using geom::Vec3;
 
 namespace {
 
-void bound(BezierPiece& piece, double least_mm) {
-    geom::Points along_u(12, 3), along_v(12, 3);
+void bound(BezierPiece& piece, const SurfaceFrame& frame) {
+    const auto& net = piece.net;
+    const auto framed = (net * frame.map.transpose()).eval();
+    Directions along_u, along_v;
+    Eigen::Index count_u = 0, count_v = 0;
     for (Eigen::Index k = 0; k < 12; ++k) {
-        along_u.row(k) = piece.net.row(k + 4) - piece.net.row(k);
+        if ((net.row(k + 4) - net.row(k)).norm() > frame.least_mm)
+            along_u.row(count_u++) = framed.row(k + 4) - framed.row(k);
         const Eigen::Index start = k / 3 * 4 + k % 3;
-        along_v.row(k) = piece.net.row(start + 1) - piece.net.row(start);
+        if ((net.row(start + 1) - net.row(start)).norm() > frame.least_mm)
+            along_v.row(count_v++) = framed.row(start + 1) - framed.row(start);
     }
-    piece.du = cone_of(along_u, least_mm);
-    piece.dv = cone_of(along_v, least_mm);
-    piece.box = {piece.net.colwise().minCoeff().transpose(),
-                 piece.net.colwise().maxCoeff().transpose()};
+    piece.du = cone_of(along_u, count_u);
+    piece.dv = cone_of(along_v, count_v);
+    piece.box = {net.colwise().minCoeff().transpose(), net.colwise().maxCoeff().transpose()};
+    piece.framed = {framed.colwise().minCoeff().transpose(),
+                    framed.colwise().maxCoeff().transpose()};
 }
 
 /// Spans that are not empty, by their first knot's number.
@@ -50,7 +56,7 @@ geom::BsplineSurface::Evaluation BezierPiece::at(double s, double t) const {
             (bs.value * rows_dt).transpose()};
 }
 
-std::array<BezierPiece, 2> BezierPiece::halves(double least_mm) const {
+std::array<BezierPiece, 2> BezierPiece::halves(const SurfaceFrame& frame) const {
     double length_u = 0.0, length_v = 0.0;
     for (Eigen::Index k = 0; k < 12; ++k) length_u += (net.row(k + 4) - net.row(k)).norm();
     for (Eigen::Index k = 0; k < 12; ++k) {
@@ -82,11 +88,11 @@ std::array<BezierPiece, 2> BezierPiece::halves(double least_mm) const {
         high.net.row(point(2)) = cd;
         high.net.row(point(3)) = d;
     }
-    for (BezierPiece& part : parts) bound(part, least_mm);
+    for (BezierPiece& part : parts) bound(part, frame);
     return parts;
 }
 
-BezierGrid bezier_grid(const geom::BsplineSurface& surface, double least_mm) {
+BezierGrid bezier_grid(const geom::BsplineSurface& surface, const SurfaceFrame& frame) {
     const auto us = spans_of(surface.knots_u), vs = spans_of(surface.knots_v);
     BezierGrid grid{us.size(), vs.size(), std::vector<BezierPiece>(us.size() * vs.size())};
     std::vector<Eigen::Matrix4d> of_v;
@@ -109,7 +115,7 @@ BezierGrid bezier_grid(const geom::BsplineSurface& surface, double least_mm) {
                 for (Eigen::Index l = 0; l < 4; ++l)
                     piece.net.middleRows<4>(4 * k) += of_u(k, l) * half.middleRows<4>(4 * l);
             }
-            bound(piece, least_mm);
+            bound(piece, frame);
         }
     }
     return grid;

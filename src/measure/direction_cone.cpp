@@ -16,15 +16,12 @@ DirectionCone around(const Vec3& axis, double angle) {
 
 }  // namespace
 
-DirectionCone cone_of(const geom::Points& vectors, double least) {
+DirectionCone cone_of(const Directions& vectors, Eigen::Index count) {
     Vec3 sum = Vec3::Zero();
-    Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor, 12> unit(vectors.rows(), 3);
-    Eigen::Index count = 0;
-    for (Eigen::Index i = 0; i < vectors.rows(); ++i) {
-        const double length = vectors.row(i).norm();
-        if (!(length > least)) continue;
-        unit.row(count) = vectors.row(i) / length;
-        sum += unit.row(count++).transpose();
+    Directions unit;
+    for (Eigen::Index i = 0; i < count; ++i) {
+        unit.row(i) = vectors.row(i).normalized();
+        sum += unit.row(i).transpose();
     }
     if (count == 0) return {};
     const double length = sum.norm();

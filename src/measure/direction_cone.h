@@ -16,8 +16,10 @@ struct DirectionCone {
     [[nodiscard]] DirectionCone opposite() const { return {-axis, cosine, sine}; }
 };
 
-/// Around the directions of the rows longer than `least`.
-DirectionCone cone_of(const geom::Points& vectors, double least);
+using Directions = Eigen::Matrix<double, 12, 3, Eigen::RowMajor>;
+
+/// Around the first `count` rows. @pre none is zero
+DirectionCone cone_of(const Directions& vectors, Eigen::Index count);
 /// Around both.
 DirectionCone merge(const DirectionCone& a, const DirectionCone& b);
 

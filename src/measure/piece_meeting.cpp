@@ -23,7 +23,7 @@ bool parts_nets(const BezierPiece& a, const BezierPiece& b, Vec3 normal, int ste
         Eigen::Index last = 0, first = 0;
         const double end = (a.net * normal).maxCoeff(&last);
         const double begin = (b.net * normal).minCoeff(&first);
-        if (begin - end >= -slack_mm) return true;
+        if (begin - end > -slack_mm) return true;
         const Vec3 between = (b.net.row(first) - a.net.row(last)).transpose();
         normal += relaxation * (end - begin) / between.squaredNorm() * between;
     }
@@ -36,7 +36,13 @@ bool are_apart(const BezierPiece& a, const BezierPiece& b, double slack_mm) {
     const Vec3 between = (b.net.colwise().mean() - a.net.colwise().mean()).transpose();
     if (parts_nets(a, b, between, plane_steps, slack_mm)) return true;
     for (const BezierPiece* piece : {&a, &b}) {
-        const Vec3 normal = piece->du.axis.cross(piece->dv.axis);
+        const auto& net = piece->net;
+        Vec3 along_u = Vec3::Zero(), along_v = Vec3::Zero();
+        for (Eigen::Index k = 0; k < 4; ++k) {
+            along_u += (net.row(12 + k) - net.row(k)).transpose();
+            along_v += (net.row(4 * k + 3) - net.row(4 * k)).transpose();
+        }
+        const Vec3 normal = along_u.cross(along_v);
         if (parts_nets(a, b, normal, 1, slack_mm) || parts_nets(a, b, -normal, 1, slack_mm))
             return true;
     }

@@ -13,8 +13,8 @@ struct PieceMeeting {
     std::array<Eigen::Vector2d, 2> uv;
 };
 
-/// Whether a plane parts them but for `slack_mm`: no point of one is farther beyond it. False may
-/// also mean that none was found in a few steps.
+/// Whether a plane parts them but for `slack_mm`: all points of one are less far beyond it. False
+/// may also mean that none was found in a few steps.
 bool are_apart(const BezierPiece& a, const BezierPiece& b, double slack_mm);
 
 /// A common point by Newton steps of least length from the middles of the pieces.

@@ -6,6 +6,8 @@
 
 #include <catch2/catch.hpp>
 
+#include <cmath>
+
 using namespace patchwright;
 using geom::Vec3;
 using test::spline_surface;
@@ -126,6 +128,51 @@ TEST_CASE("a sheet folded over itself", "[measure][oracle]") {
     const auto hits = find_loops({folded(0.0)}, 0.1);
     REQUIRE(hits.size() == 1);
     check_closes(folded(0.0), hits[0]);
+}
+
+TEST_CASE("surfaces without area end, and never count as sound", "[measure][errors]") {
+    // All of a surface on a line: by saddles, whose level lines are bent; by a plane, whose level
+    // lines are straight, so that no visit to a place leaves it; and as one point.
+    const Vec3 line(3.0, 4.0, 12.0);
+    const std::vector<geom::BsplineSurface> surfaces{
+        spline_surface(6, 6,
+                       [&](double u, double v) { return Vec3(line * (u + v - 2.0 * u * v)); }),
+        spline_surface(6, 6, [&](double u, double v) { return Vec3(line * (u + v)); }),
+        spline_surface(6, 6,
+                       [&](double u, double v) { return Vec3(line + 1e-9 * Vec3(u, v, 0)); })};
+    const auto hits = find_loops(surfaces, 1e-3);
+    REQUIRE(hits.size() == 2);
+    CHECK(hits[0].is_found);
+    check_closes(surfaces[0], hits[0]);
+    CHECK(hits[1].surfaces[0] == 1);
+    CHECK_FALSE(hits[1].is_found);
+}
+
+TEST_CASE("a sheet folded flat on itself is found out by its largest parts", "[measure][oracle]") {
+    // Its smallest parts alone would take hours.
+    const std::vector<geom::BsplineSurface> surfaces{spline_surface(
+        8, 8, [](double u, double v) { return Vec3(1e3 * u * (1.0 - u), 1e3 * v, 0.0); })};
+    const auto hits = find_loops(surfaces, 1e-4);
+    REQUIRE(hits.size() == 1);
+    CHECK(hits[0].is_found);
+    check_closes(surfaces[0], hits[0]);
+}
+
+TEST_CASE("slender sheets are as simple as wide ones", "[measure][oracle]") {
+    // Parameter lines at angles down to 0.1 degrees; the last one crosses itself.
+    std::vector<geom::BsplineSurface> surfaces;
+    for (const double width : {1.0, 0.03, 0.001})
+        surfaces.push_back(spline_surface(10, 10, [=](double u, double v) {
+            return Vec3(u + v, width * (u - v), 0.2 * (u * u + v * v));
+        }));
+    surfaces.push_back(spline_surface(20, 10, [](double u, double v) {
+        const double turn = 1.8 * M_PI * (u - 0.5), r = 0.5 + std::cos(turn);  // a limacon
+        return Vec3(r * std::cos(turn) + v, r * std::sin(turn), 0.01 * v);
+    }));
+    const auto hits = find_loops(surfaces, 1e-4);
+    REQUIRE(hits.size() == 1);
+    CHECK(hits[0].surfaces[0] == 3);
+    check_closes(surfaces[3], hits[0]);
 }
 
 TEST_CASE("the place of a self-intersection does not depend on threads", "[measure]") {

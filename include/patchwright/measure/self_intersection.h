@@ -14,6 +14,9 @@ struct SelfIntersection {
     std::array<int, 2> surfaces{};  ///< numbers in the list; the same one twice for itself
     geom::Vec3 point = geom::Vec3::Zero();
     std::array<Eigen::Vector2d, 2> uv;  ///< the two places that meet there
+    /// False: it could not be excluded within a bounded number of steps, as for surfaces without
+    /// area; the places are two that may meet.
+    bool is_found = true;
 };
 
 /// One self-intersection of each surface that has any, in the order of the list, then one of each
