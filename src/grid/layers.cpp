@@ -171,7 +171,7 @@ class Marcher {
                 }
                 mean /= 2.0 * double(mesh_.corners(p).size());
                 const double size = steps_[p].norm();
-                const Vec3 n = steps_[p] / size;
+                const Vec3 n = steps_[p].normalized();  // zero beside cells without area
                 Vec3 pull = in_plane(p, mean - here);
                 pull -= n * n.dot(pull);
                 const double weight = 0.25 * std::min(1.0, height / longest);

@@ -52,6 +52,13 @@ class Cages(CliTest):
         report = self.report("export", self.path("flat.obj", flat), "-o", self.path("out.step"), code=3)
         self.assertIn("volume", [c["name"] for c in report["verdict"]["conditions"] if not c["met"]])
 
+    def test_layers_on_cells_without_area_are_numbers(self):
+        heap = "v 1 2 3\n" * 7 + "v 50 50 50\n" + FACES
+        out = self.path("out.xyz", "")
+        result = run("grid", self.path("heap.obj", heap), "-o", out, "--plot3d", "ascii", "--points", 5, "--layers", 2, "--thickness", "0.01rel")
+        self.assertEqual(result.returncode, 3, result.stderr)
+        self.assertTrue(all(math.isfinite(float(x)) for x in out.read_text().split()))
+
     def test_names_that_are_too_long_are_shortened(self):
         cage = self.path("cage.obj", cube(faces="g " + "x" * 20000 + "\n" + FACES))
         result = run("export", cage, "-o", self.path("out.step"))

@@ -4,13 +4,14 @@ Usage: reading_test.py PATCHWRIGHT SAMPLES_DIR [unittest arguments]
 """
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
 import time
 import unittest
 
-from command_line import CliTest, PATCHWRIGHT, run, WING
+from command_line import CliTest, PATCHWRIGHT, run, SAMPLES, WING
 
 PATIENCE_S = 60  # for what takes a moment on an idle machine
 
@@ -56,6 +57,15 @@ class Reading(CliTest):
         report = self.report("inspect", file, "--input-unit", "mm")
         sound = self.report("inspect", WING / "wing.step")
         self.assertAlmostEqual(report["input"]["diagonal"], sound["input"]["diagonal"])
+
+    def test_coordinates_beyond_numbers_are_an_error_of_the_file(self):
+        file = self.folder / "dish.brep"
+        run("export", SAMPLES / "cages" / "dish.obj", "-o", file)
+        curve = "18.309732638888889 9.0255638888888896 "  # the first two coordinates of a control point
+        text = file.read_text()
+        self.assertIn(curve, text)
+        file.write_text(re.sub(re.escape(curve) + r"\S+", curve + "1E308", text, count=1))
+        self.check_refused(["inspect", file, "--no-heal"], 2, str(file), "beyond what numbers hold")
 
     def test_a_crash_of_the_kernel_is_one_line(self):
         file = self.edited("VERTEX_POINT('',#", "VERTEX_POINT('',#99")
