@@ -61,7 +61,7 @@ class Reading(CliTest):
     def test_coordinates_beyond_numbers_are_an_error_of_the_file(self):
         file = self.folder / "dish.brep"
         run("export", SAMPLES / "cages" / "dish.obj", "-o", file)
-        curve = "18.309732638888889 9.0255638888888896 "  # the first two coordinates of a control point
+        curve = " 18.309732638888889 9.0255638888888896 "  # the first two coordinates of a control point
         text = file.read_text()
         self.assertIn(curve, text)
         file.write_text(re.sub(re.escape(curve) + r"\S+", curve + "1E308", text, count=1))
