@@ -67,6 +67,18 @@ class Reading(CliTest):
         file.write_text(re.sub(re.escape(curve) + r"\S+", curve + "1E308", text, count=1))
         self.check_refused(["inspect", file, "--no-heal"], 2, str(file), "beyond what numbers hold")
 
+    def test_a_border_with_damaged_knots_ends(self):
+        # The kernel takes minutes to say whether points lie within such a border.
+        file = self.folder / "cube.igs"
+        run("export", SAMPLES / "cages" / "cube.obj", "-o", file)
+        knots = "1.,1.,0.,0.,0.,0.,0.25,0.25,0.5,0.75,0.75,1.,1.,1.,1.,1.,1."
+        parts = file.read_text().split(knots + ",1.,")
+        self.assertEqual(len(parts), 7)
+        for i in range(1, 7):  # a comma of one of the curves
+            file.write_text(f"{knots},1.,".join(parts[:i]) + f"{knots}$1.," + f"{knots},1.,".join(parts[i:]))
+            result = run("inspect", file, "--no-heal")
+            self.assertIn(result.returncode, (0, 2), result.stderr)
+
     def test_a_crash_of_the_kernel_is_one_line(self):
         file = self.edited("VERTEX_POINT('',#", "VERTEX_POINT('',#99")
         self.check_refused(["convert", file, "-o", "{out}.step"], 2, str(file), "the CAD kernel crashes on #")

@@ -1,11 +1,11 @@
 #include "occ/foot/tight_bounds.h"
 
+#include "occ/foot/trim_region.h"
 #include "occ/kernel_points.h"
 
 #include <BRepAdaptor_Curve.hxx>
 #include <BRepAdaptor_Surface.hxx>
 #include <BRepTools.hxx>
-#include <BRepTopAdaptor_FClass2d.hxx>
 #include <BRep_Tool.hxx>
 #include <BndLib_AddSurface.hxx>
 #include <Bnd_Box.hxx>
@@ -145,8 +145,8 @@ class FaceBulge {
     }
 
     [[nodiscard]] bool inside(const Vec2& uv) {
-        if (!classifier_) classifier_.emplace(face_, Precision::PConfusion());
-        return classifier_->Perform(gp_Pnt2d(uv[0], uv[1])) != TopAbs_OUT;
+        if (!trim_) trim_.emplace(face_);
+        return trim_->contains(uv);
     }
 
     /// From the best samples that belong to the face, by steps that shrink.
@@ -194,7 +194,7 @@ class FaceBulge {
     Vec2 low_, high_, step_;
     std::vector<BoundSample> samples_;
     double reach_ = 0.0;
-    std::optional<BRepTopAdaptor_FClass2d> classifier_;
+    std::optional<TrimRegion> trim_;
 };
 
 }  // namespace
