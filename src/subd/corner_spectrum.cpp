@@ -1,10 +1,9 @@
 #include "subd/corner_spectrum.h"
 
+#include "geom/sparse_solve.h"
+
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <Eigen/SVD>
-#include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -16,6 +15,7 @@ namespace {
 
 using Matrix = Eigen::MatrixXd;
 using Row = Eigen::RowVectorXd;
+using Svd = Eigen::JacobiSVD<Matrix, Eigen::NoQRPreconditioner>;  // of square matrices
 
 // Eigenvalues closer than this are one: a double one comes out of the iteration split by the root
 // of the rounding. Those of different frequencies differ by more than 1e-3 up to valence 50.
@@ -57,7 +57,7 @@ std::vector<double> contracting_eigenvalues(const Matrix& matrix) {
 
 /// Basis of the null space, as columns.
 Matrix null_space(const Matrix& matrix) {
-    const Eigen::JacobiSVD<Matrix> svd(matrix, Eigen::ComputeFullV);
+    const Svd svd(matrix, Eigen::ComputeFullV);
     const auto& values = svd.singularValues();
     Eigen::Index rank = 0;
     while (rank < values.size() && values[rank] > zero_singular_value) ++rank;
@@ -87,9 +87,9 @@ std::optional<std::vector<PowerPart>> power_parts(const Matrix& matrix, double e
     }
     const Matrix left = null_space(power.transpose());
     if (right.cols() == 0 || right.cols() != left.cols()) return std::nullopt;
-    Eigen::FullPivLU<Matrix> product(left.transpose() * right);
+    Svd product(left.transpose() * right, Eigen::ComputeFullU | Eigen::ComputeFullV);
     product.setThreshold(same_direction);
-    if (!product.isInvertible()) return std::nullopt;
+    if (product.rank() < right.cols()) return std::nullopt;
     const Matrix projection = right * product.solve(left.transpose());
     // (eigenvalue + nilpotent)^k = eigenvalue^k exp(k log(1 + nilpotent / eigenvalue)).
     const Matrix nilpotent = shifted * projection / eigenvalue;
@@ -169,7 +169,7 @@ std::pair<Row, double> leading_direction(const std::vector<PowerPart>& parts, co
 /// Two rows that span the plane of the form, turned like it.
 TangentRows rows_of(const Matrix& form, const std::vector<PowerPart>& parts,
                     const CornerProbes& probes) {
-    const Eigen::JacobiSVD<Matrix> svd(form, Eigen::ComputeThinU);
+    const Svd svd(form, Eigen::ComputeFullU);
     if (svd.singularValues().size() > 2 &&
         svd.singularValues()[2] > same_direction * svd.singularValues()[0]) {
         return {};
@@ -214,8 +214,8 @@ Eigen::RowVectorXd limit_row(const Stencils& matrix) {
     }
     Eigen::SparseMatrix<double> system(n, n);
     system.setFromTriplets(entries.begin(), entries.end());
-    const Eigen::SparseLU<Eigen::SparseMatrix<double>> solver(system);
-    return solver.solve(Eigen::VectorXd::Unit(n, n - 1)).transpose();
+    // Not singular: 1 is a simple eigenvalue.
+    return geom::solve_sparse(system, Eigen::VectorXd::Unit(n, n - 1)).value().transpose();
 }
 
 Matrix growing_part(const Matrix& matrix, double bound) {

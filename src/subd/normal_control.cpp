@@ -7,13 +7,16 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
 namespace patchwright::subd {
 
 namespace {
+
+/// Relative singular values of products of constraints that depend on each other.
+constexpr double dependent = 1e-12;
 
 using mesh::CornerId;
 using mesh::SectorTagInput;
@@ -135,7 +138,12 @@ class NormalControl {
             constraints.col(Eigen::Index(column)) << tangent, growing.col(v);
             ++column;
         }
-        const Eigen::VectorXd change = constraints.completeOrthogonalDecomposition().solve(target);
+        // The shortest solution; constraints may say the same twice.
+        using Svd = Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::NoQRPreconditioner>;
+        Svd products(constraints * constraints.transpose(),
+                     Eigen::ComputeFullU | Eigen::ComputeFullV);
+        products.setThreshold(dependent);
+        const Eigen::VectorXd change = constraints.transpose() * products.solve(target);
         for (std::size_t k = 0; k < free.size(); ++k) {
             points_.row(free[k]) += change[Eigen::Index(k)] * normal.transpose();
         }

@@ -1,9 +1,9 @@
 #include "cage/blocks/flat_piece.h"
 
 #include "cage/blocks/layout_refused.h"
+#include "geom/sparse_solve.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -58,11 +58,9 @@ FlatPiece::FlatPiece(std::vector<Vec3> points, std::vector<std::array<int, 3>> t
     }
     Eigen::SparseMatrix<double> matrix(count, count);
     matrix.setFromTriplets(entries.begin(), entries.end());
-    Eigen::SparseLU<Eigen::SparseMatrix<double>> solver(matrix);
-    if (solver.info() != Eigen::Success) throw LayoutRefused{"a piece cannot be laid flat"};
-    const Eigen::MatrixX2d inner = solver.solve(right);
-    if (!inner.allFinite()) throw LayoutRefused{"a piece cannot be laid flat"};
-    for (int i = 0; i < count; ++i) flat_[std::size_t(fixed + i)] = inner.row(i).transpose();
+    const auto inner = geom::solve_sparse(matrix, right);
+    if (!inner) throw LayoutRefused{"a piece cannot be laid flat"};
+    for (int i = 0; i < count; ++i) flat_[std::size_t(fixed + i)] = inner->row(i).transpose();
 }
 
 FlatPiece::SurfacePoint FlatPiece::at(const Vec2& p) const {
