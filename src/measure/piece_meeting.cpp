@@ -14,9 +14,9 @@ namespace {
 constexpr int plane_steps = 12;
 constexpr double relaxation = 1.5;
 
-bool parts_nets(const BezierPiece& a, const BezierPiece& b, Vec3 normal, int steps,
+bool parts_nets(const BezierPiece& a, const BezierPiece& b, Vec3 normal, int most_steps,
                 double slack_mm) {
-    for (int step = 0; step < steps; ++step) {
+    for (int step = 0; step < most_steps; ++step) {
         const double length = normal.norm();
         if (!(length > 0.0)) return false;
         normal /= length;
