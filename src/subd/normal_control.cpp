@@ -139,9 +139,8 @@ class NormalControl {
             ++column;
         }
         // The shortest solution; constraints may say the same twice.
-        using Svd = Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::NoQRPreconditioner>;
-        Svd products(constraints * constraints.transpose(),
-                     Eigen::ComputeFullU | Eigen::ComputeFullV);
+        Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::NoQRPreconditioner> products(
+            constraints * constraints.transpose(), Eigen::ComputeFullU | Eigen::ComputeFullV);
         products.setThreshold(dependent);
         const Eigen::VectorXd change = constraints.transpose() * products.solve(target);
         for (std::size_t k = 0; k < free.size(); ++k) {

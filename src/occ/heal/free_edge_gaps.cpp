@@ -31,10 +31,10 @@ std::vector<ModelEdge> free_edges(const TopoDS_Shape& shape) {
     return result;
 }
 
-constexpr int samples = 17;  // of an edge, within it
+constexpr int samples_of_edge = 17;  // within it
 
 geom::Vec3 sample(const ModelEdge& edge, int k) {
-    return edge.at(edge.first + (k + 0.5) / samples * (edge.last - edge.first));
+    return edge.at(edge.first + (k + 0.5) / samples_of_edge * (edge.last - edge.first));
 }
 
 }  // namespace
@@ -42,9 +42,9 @@ geom::Vec3 sample(const ModelEdge& edge, int k) {
 int count_free_edges_beyond(const TopoDS_Shape& shape, double reach_mm) {
     const std::vector<ModelEdge> edges = free_edges(shape);
     return int(std::count_if(edges.begin(), edges.end(), [&](const ModelEdge& edge) {
-        const geom::Vec3 middle = sample(edge, samples / 2);
+        const geom::Vec3 middle = sample(edge, samples_of_edge / 2);
         double farthest = 0.0;
-        for (int k = 0; k < samples; ++k)
+        for (int k = 0; k < samples_of_edge; ++k)
             farthest = std::max(farthest, (sample(edge, k) - middle).norm());
         return farthest > reach_mm;
     }));
@@ -61,7 +61,7 @@ std::vector<double> free_edge_gaps(const TopoDS_Shape& shape) {
     std::vector<double> gaps;
     for (std::size_t i = 0; i < edges.size(); ++i) {
         double widest = 0.0;
-        for (int k = 0; k < samples; ++k) {
+        for (int k = 0; k < samples_of_edge; ++k) {
             const geom::Vec3 p = sample(edges[i], k);
             double nearest = std::numeric_limits<double>::infinity();
             search.visit(p, nearest, [&](const CurveHit& hit, double bound) {
