@@ -197,6 +197,26 @@ class Limits(Faults):
                     self.check_untouched()
         print(f"memory: exit codes {dict(sorted(counts.items()))}")
 
+    def test_memory_just_enough_to_load(self):
+        """Libraries begin before main() does, and an exception takes memory too."""
+        too_small, enough = 0, 1 << 30
+        while enough - too_small > 1 << 14:
+            size = (too_small + enough) // 2
+            code, _ = self.limited("subdivide", resource.RLIMIT_AS, size)
+            too_small, enough = (size, enough) if code == 127 else (too_small, size)
+        self.fill(self.folder)
+        for step in range(-8, 200 if ALL else 16):
+            size = enough + step * (1 << 15)
+            with self.subTest(size=size):
+                code, error = self.limited("subdivide", resource.RLIMIT_AS, size)
+                if code == 0:
+                    self.check_finished()
+                if code in (0, 127):
+                    continue
+                self.assertEqual(code, 5, error)
+                self.assertRegex(self.said(error), "out of memory|the system refuses")
+                self.check_untouched()
+
 
 class FullDisk(Faults):
     def test_full_disk(self):

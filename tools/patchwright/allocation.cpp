@@ -1,6 +1,8 @@
 // The C library's allocation with the new-handler of C++, which signals.h sets: libraries in C
 // (HDF5, CGNS, the scanner of STEP files) crash, end the process or report a full disk where they
-// get no memory.
+// get no memory. Before main(), libraries have no such handler and no memory for an exception.
+#include "signals.h"
+
 #include <cstddef>
 #include <new>
 
@@ -9,8 +11,10 @@
 namespace {
 
 void* checked(void* memory, bool is_needed) noexcept {
-    if (memory == nullptr && is_needed)
+    if (memory == nullptr && is_needed) {
         if (const std::new_handler handler = std::get_new_handler()) handler();
+        patchwright::cli::end_without_memory();
+    }
     return memory;
 }
 

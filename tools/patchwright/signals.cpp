@@ -85,8 +85,6 @@ extern "C" void* end_what_does_not_stop(void*) {
     end_now(exit_code_of(first_signal), text_of(first_signal));
 }
 
-[[noreturn]] void on_memory_used_up() { end_now(InternalError, out_of_memory); }
-
 [[noreturn]] void on_terminate() {
     try {
         if (std::current_exception()) std::rethrow_exception(std::current_exception());
@@ -115,9 +113,11 @@ void start_watching() {
 
 }  // namespace
 
+void end_without_memory() noexcept { end_now(InternalError, out_of_memory); }
+
 void catch_signals() {
     std::set_terminate(on_terminate);
-    std::set_new_handler(on_memory_used_up);
+    std::set_new_handler(end_without_memory);
     start_watching();
     for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGXFSZ, SIGPIPE}) {
         struct sigaction action {};

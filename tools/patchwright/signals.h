@@ -30,4 +30,7 @@ constexpr const char* out_of_memory =
     "out of memory; no file was written or changed; use a coarser tolerance, fewer samples or a "
     "smaller cage";
 
+/// Ends the process with the line above; allocates nothing, may be called before main() begins.
+[[noreturn]] void end_without_memory() noexcept;
+
 }  // namespace patchwright::cli
