@@ -190,7 +190,7 @@ class AttemptRunner {
         attempt.output = std::make_shared<const occ::CadReference>(model);
         attempt.deviation =
             compare(*attempt.output, surface(), options_.samples, tolerance, progress);
-        attempt.folds = measure::find_folds(measure::sample_surfaces(shape.surfaces), surface(),
+        attempt.folds = measure::find_folds(shape.surfaces, surface(),
                                             {.tolerance_mm = tolerance,
                                              .creases = shape.creases,
                                              .may_face_away = !source_.figures.closed,

@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 namespace patchwright::measure {
 
@@ -16,25 +18,86 @@ using geom::Vec3;
 
 namespace {
 
-/// Of one direction: those that are not empty.
-std::vector<std::array<double, 2>> knot_spans(const std::vector<double>& knots) {
-    std::vector<std::array<double, 2>> spans;
+/// Samples inside each knot span, along each of its sides.
+constexpr int samples_a_span = 4;
+
+/// Neighbours in one span whose normals turn by less than this are looked at as one: what the input
+/// turns by where the output does not is a matter of distance. A third of the limit.
+constexpr double narrow_turn_rad = fold_limit_rad / 3.0;
+
+/// Of one direction, evenly inside the knot spans that are not empty.
+std::vector<double> sample_parameters(const std::vector<double>& knots) {
+    std::vector<double> all;
     for (std::size_t k = 3; k + 4 < knots.size(); ++k)
-        if (knots[k] < knots[k + 1]) spans.push_back({knots[k], knots[k + 1]});
-    return spans;
+        for (int i = 0; i < samples_a_span && knots[k] < knots[k + 1]; ++i)
+            all.push_back(knots[k] +
+                          (i + 0.5) / double(samples_a_span) * (knots[k + 1] - knots[k]));
+    return all;
 }
+
+Vec3 unit_normal(const geom::BsplineSurface::Evaluation& e) {
+    // Of a right angle's normal: less is rounding.
+    constexpr double least_sine = 1e-12;
+    const Vec3 n = e.du.cross(e.dv);
+    const double size = n.norm();
+    if (!(size > least_sine * e.du.norm() * e.dv.norm())) return Vec3::Zero();
+    return n / size;
+}
+
+/// Points of a surface with unit normals du x dv, zero where it has none.
+class SampledSurface {
+  public:
+    explicit SampledSurface(const geom::BsplineSurface& surface) {
+        const auto us = sample_parameters(surface.knots_u), vs = sample_parameters(surface.knots_v);
+        rows_ = int(us.size()), columns_ = int(vs.size());
+        points_.reserve(us.size() * vs.size());
+        normals_.reserve(us.size() * vs.size());
+        for (const double u : us) {
+            for (const double v : vs) {
+                const auto e = surface.at(u, v);
+                points_.push_back(e.position);
+                normals_.push_back(unit_normal(e));
+            }
+        }
+    }
+
+    [[nodiscard]] int rows() const { return rows_; }
+    [[nodiscard]] int columns() const { return columns_; }
+    [[nodiscard]] const Vec3& point(int i, int j) const { return points_[index(i, j)]; }
+    [[nodiscard]] const Vec3& normal(int i, int j) const { return normals_[index(i, j)]; }
+
+  private:
+    [[nodiscard]] std::size_t index(int i, int j) const {
+        return std::size_t(i) * std::size_t(columns_) + std::size_t(j);
+    }
+
+    int rows_ = 0, columns_ = 0;
+    std::vector<Vec3> points_, normals_;
+};
+
+/// Rows and columns of samples, the ends not among them.
+struct Block {
+    int i0, i1, j0, j1;
+};
 
 /// Looks for points of the input that face the way a sample does.
 class Agreement {
   public:
-    Agreement(const geom::ReferenceSurface& input, const FoldOptions& options)
-        : input_(input), options_(options) {}
+    /// @param sign  of the output's normals: -1 where it faces the other way as a whole
+    Agreement(const geom::ReferenceSurface& input, const FoldOptions& options, double sign)
+        : input_(input), options_(options), sign_(sign) {}
+
+    /// Between the normals of the sample and at its foot; half a turn where that has none.
+    [[nodiscard]] double angle_at_foot(const Vec3& point, const Vec3& normal) const {
+        const Vec3 at_foot = input_.foot_point(point).normal;
+        return at_foot.isZero() ? M_PI : geom::angle_between(at_foot, sign_ * normal);
+    }
 
     /// Least angle to the input's normals near the sample; ends early at one that agrees.
-    [[nodiscard]] double least_angle(const Vec3& point, const Vec3& normal, double sign) const {
+    [[nodiscard]] double least_angle(const Vec3& point, const Vec3& normal) const {
         const geom::FootPoint plain = input_.foot_point(point);
         const double reach = plain.distance + 2.0 * options_.tolerance_mm;
-        const Vec3 side = sign * normal;
+        const Vec3 side = sign_ * normal;
         double least = M_PI;
         const auto agrees = [&](const geom::FootPoint& foot) {
             if (!foot.normal.isZero() && (foot.point - point).norm() <= reach)
@@ -59,109 +122,138 @@ class Agreement {
   private:
     const geom::ReferenceSurface& input_;
     const FoldOptions& options_;
+    double sign_;
 };
 
-/// Cosines between the samples' normals and those at their feet; 0 where one of them has none.
-std::vector<double> cosines(const std::vector<geom::SurfaceSample>& samples,
-                            const geom::ReferenceSurface& input, const base::Progress& progress) {
-    std::vector<double> result(samples.size());
-    constexpr std::size_t block = 8192, grain = 128;
-    for (std::size_t start = 0; start < samples.size(); start += block) {
-        base::report_progress(progress, "folds", double(start) / double(samples.size()));
-        base::parallel_for(std::min(block, samples.size() - start), grain,
-                           [&](std::size_t begin, std::size_t end) {
-                               for (std::size_t i = start + begin; i < start + end; ++i) {
-                                   const geom::SurfaceSample& s = samples[i];
-                                   if (s.normal.isZero()) continue;
-                                   result[i] = input.foot_point(s.point).normal.dot(s.normal);
-                               }
-                           });
+/// One surface: the samples of a span are parted until each part turns little and is settled.
+class FoldSearch {
+  public:
+    FoldSearch(const SampledSurface& samples, int face, const Agreement& agreement,
+               const NearCurves& edges, double limit_rad)
+        : samples_(samples), face_(face), agreement_(agreement), edges_(edges), limit_(limit_rad) {}
+
+    FoldFigures run() {
+        constexpr int step = samples_a_span;
+        for (int i = 0; i < samples_.rows(); i += step)
+            for (int j = 0; j < samples_.columns(); j += step) look_at({i, i + step, j, j + step});
+        return figures_;
     }
-    return result;
+
+  private:
+    /// Those with a normal, and the most that one of them is turned from `normal`.
+    [[nodiscard]] std::pair<int, double> turn_from(const Vec3& normal, const Block& b) const {
+        int count = 0;
+        double least_cosine = 1.0;
+        for (int i = b.i0; i < b.i1; ++i) {
+            for (int j = b.j0; j < b.j1; ++j) {
+                const Vec3& n = samples_.normal(i, j);
+                if (n.isZero()) continue;
+                ++count;
+                least_cosine = std::min(least_cosine, n.dot(normal));
+            }
+        }
+        return {count, std::acos(std::clamp(least_cosine, -1.0, 1.0))};
+    }
+
+    void look_at(const Block& b) {
+        const int i = (b.i0 + b.i1) / 2, j = (b.j0 + b.j1) / 2;
+        const Vec3 &point = samples_.point(i, j), &normal = samples_.normal(i, j);
+        const bool is_one = b.i1 - b.i0 == 1 && b.j1 - b.j0 == 1;
+        if (normal.isZero()) {
+            if (!is_one) part(b);
+            return;
+        }
+        const auto [count, turn] = turn_from(normal, b);
+        if (turn > narrow_turn_rad) return part(b);
+        const auto agrees = [&](double angle) { return angle + turn <= limit_; };
+        if (agrees(agreement_.angle_at_foot(point, normal))) {
+            figures_.samples += count;
+            return;
+        }
+        const bool exempt = edges_.is_near(point);
+        const double least = exempt ? 0.0 : agreement_.least_angle(point, normal);
+        const bool folds = !exempt && least > limit_ + turn;
+        if (!is_one && !folds && (exempt || !agrees(least))) return part(b);
+        figures_.samples += count;
+        if (!folds) return;
+        figures_.folded += count;
+        if (!figures_.worst || least > figures_.worst->angle_rad)
+            figures_.worst = Fold{point, face_, least};
+    }
+
+    void part(const Block& b) {
+        const int i = (b.i0 + b.i1) / 2, j = (b.j0 + b.j1) / 2;
+        if (b.i1 - b.i0 > b.j1 - b.j0) {
+            look_at({b.i0, i, b.j0, b.j1});
+            look_at({i, b.i1, b.j0, b.j1});
+        } else {
+            look_at({b.i0, b.i1, b.j0, j});
+            look_at({b.i0, b.i1, j, b.j1});
+        }
+    }
+
+    const SampledSurface& samples_;
+    int face_;
+    const Agreement& agreement_;
+    const NearCurves& edges_;
+    double limit_;
+    FoldFigures figures_;
+};
+
+/// Whether the larger part of the output's area faces the way that the input does.
+double sign_of(const std::vector<geom::BsplineSurface>& surfaces,
+               const geom::ReferenceSurface& input) {
+    constexpr int side = 4;  // samples along each side of a surface
+    std::vector<double> towards(surfaces.size());
+    base::parallel_for(surfaces.size(), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) {
+            const geom::BsplineSurface& s = surfaces[k];
+            const auto at = [](const std::vector<double>& knots, int i) {
+                return knots.front() + (i + 0.5) / side * (knots.back() - knots.front());
+            };
+            const double cell = (s.knots_u.back() - s.knots_u.front()) *
+                                (s.knots_v.back() - s.knots_v.front()) / (side * side);
+            for (int i = 0; i < side * side; ++i) {
+                const auto e = s.at(at(s.knots_u, i / side), at(s.knots_v, i % side));
+                const Vec3 area = cell * e.du.cross(e.dv);
+                const double cosine = area.dot(input.foot_point(e.position).normal);
+                towards[k] += cosine > 0.0 ? area.norm() : cosine < 0.0 ? -area.norm() : 0.0;
+            }
+        }
+    });
+    return std::accumulate(towards.begin(), towards.end(), 0.0) < 0.0 ? -1.0 : 1.0;
 }
 
 }  // namespace
 
-std::vector<geom::SurfaceSample> sample_surfaces(const std::vector<geom::BsplineSurface>& surfaces,
-                                                 const SurfaceSampling& options) {
-    if (options.per_span < 1 || options.at_most < 1)
-        throw base::InvalidArgument("sample_surfaces: per_span and at_most must be positive");
-    std::size_t spans = 0;
-    for (const auto& s : surfaces)
-        spans += knot_spans(s.knots_u).size() * knot_spans(s.knots_v).size();
-    const auto limit = std::size_t(options.at_most);
-    auto side = std::size_t(options.per_span);
-    while (side > 1 && spans * side * side > limit) --side;
-    const std::size_t step =
-        (spans * side * side + limit - 1) / limit;  // spans that one stands for
-    std::vector<geom::SurfaceSample> samples;
-    samples.reserve(std::min(limit, spans * side * side));
-    std::size_t number = 0;
-    for (std::size_t k = 0; k < surfaces.size(); ++k) {
-        const auto us = knot_spans(surfaces[k].knots_u), vs = knot_spans(surfaces[k].knots_v);
-        for (const auto& [u0, u1] : us) {
-            for (const auto& [v0, v1] : vs) {
-                if (number++ % step != 0) continue;
-                const double area = (u1 - u0) * (v1 - v0) * double(step) / double(side * side);
-                for (std::size_t i = 0; i < side * side; ++i) {
-                    const double s = (double(i / side) + 0.5) / double(side);
-                    const double t = (double(i % side) + 0.5) / double(side);
-                    const auto e = surfaces[k].at(u0 + s * (u1 - u0), v0 + t * (v1 - v0));
-                    const Vec3 n = e.du.cross(e.dv);
-                    const double size = n.norm();
-                    const bool flat = !(size > 1e-12 * e.du.norm() * e.dv.norm());
-                    samples.push_back({e.position, flat ? Vec3(Vec3::Zero()) : Vec3(n / size),
-                                       int(k), size * area});
-                }
-            }
-        }
-    }
-    return samples;
-}
-
-FoldFigures find_folds(const std::vector<geom::SurfaceSample>& samples,
+FoldFigures find_folds(const std::vector<geom::BsplineSurface>& surfaces,
                        const geom::ReferenceSurface& input, const FoldOptions& options) {
     if (!(options.tolerance_mm > 0.0) || !(options.angle_rad > 0.0))
         throw base::InvalidArgument("find_folds: the tolerance and the angle must be positive");
-    const std::vector<double> cosine = cosines(samples, input, options.progress);
-    double towards = 0.0;
-    for (std::size_t i = 0; i < samples.size(); ++i)
-        towards += samples[i].weight * (cosine[i] > 0.0 ? 1.0 : cosine[i] < 0.0 ? -1.0 : 0.0);
-    const double sign = options.may_face_away && towards < 0.0 ? -1.0 : 1.0;
-
-    FoldFigures figures;
-    std::vector<std::size_t> doubtful;
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-        if (samples[i].normal.isZero()) continue;
-        ++figures.samples;
-        if (!(sign * cosine[i] >= std::cos(options.angle_rad))) doubtful.push_back(i);
-    }
-    if (doubtful.empty()) return figures;
-    const Agreement agreement(input, options);
+    const double sign = options.may_face_away ? sign_of(surfaces, input) : 1.0;
+    const Agreement agreement(input, options, sign);
     const NearCurves edges(input, options.creases, options.tolerance_mm);
-    std::vector<double> angle(doubtful.size());
-    constexpr std::size_t grain = 16, block = 1024;
-    for (std::size_t start = 0; start < doubtful.size(); start += block) {
-        base::report_progress(options.progress, "folds", double(start) / double(doubtful.size()));
-        base::parallel_for(std::min(block, doubtful.size() - start), grain,
-                           [&](std::size_t begin, std::size_t end) {
-                               for (std::size_t k = start + begin; k < start + end; ++k) {
-                                   const geom::SurfaceSample& s = samples[doubtful[k]];
-                                   if (edges.is_near(s.point)) continue;
-                                   const double least =
-                                       agreement.least_angle(s.point, s.normal, sign);
-                                   if (least > options.angle_rad) angle[k] = least;
-                               }
-                           });
+    FoldFigures all;
+    constexpr std::size_t together = 64;
+    std::vector<FoldFigures> found(std::min(together, surfaces.size()));
+    for (std::size_t start = 0; start < surfaces.size(); start += together) {
+        base::report_progress(options.progress, "folds", double(start) / double(surfaces.size()));
+        const std::size_t count = std::min(together, surfaces.size() - start);
+        base::parallel_for(count, 1, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t k = begin; k < end; ++k) {
+                const SampledSurface samples(surfaces[start + k]);
+                FoldSearch search(samples, int(start + k), agreement, edges, options.angle_rad);
+                found[k] = search.run();
+            }
+        });
+        for (std::size_t k = 0; k < count; ++k) {
+            all.samples += found[k].samples;
+            all.folded += found[k].folded;
+            const auto& worst = found[k].worst;
+            if (worst && (!all.worst || worst->angle_rad > all.worst->angle_rad)) all.worst = worst;
+        }
     }
-    for (std::size_t k = 0; k < doubtful.size(); ++k) {
-        if (!(angle[k] > 0.0)) continue;
-        ++figures.folded;
-        const geom::SurfaceSample& s = samples[doubtful[k]];
-        if (!figures.worst || angle[k] > figures.worst->angle_rad)
-            figures.worst = Fold{s.point, s.face, angle[k]};
-    }
-    return figures;
+    return all;
 }
 
 }  // namespace patchwright::measure

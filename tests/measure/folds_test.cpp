@@ -7,8 +7,6 @@
 
 #include <catch2/catch.hpp>
 
-#include <numeric>
-
 using namespace patchwright;
 using geom::Vec3;
 using measure::find_folds;
@@ -24,11 +22,6 @@ geom::BsplineSurface sphere_patch(double radius) {
     });
 }
 
-double area(const std::vector<geom::SurfaceSample>& samples) {
-    return std::accumulate(samples.begin(), samples.end(), 0.0,
-                           [](double sum, const auto& s) { return sum + s.weight; });
-}
-
 geom::BsplineSurface turned(geom::BsplineSurface s) {
     for (Eigen::Index i = 0; i < s.rows() / 2; ++i) {
         for (Eigen::Index j = 0; j < s.columns(); ++j)
@@ -39,38 +32,18 @@ geom::BsplineSurface turned(geom::BsplineSurface s) {
 
 }  // namespace
 
-TEST_CASE("samples of surfaces have unit normals and add up to the area", "[measure][oracle]") {
-    const std::vector<geom::BsplineSurface> surfaces{sphere_patch(10.0), sphere_patch(20.0)};
-    const auto samples = measure::sample_surfaces(surfaces);
-    CHECK(samples.size() == 2 * 60 * 30 * 16);
-    CHECK(area(samples) == Approx(4 * M_PI * 500.0).epsilon(0.01));
-    for (const auto& s : samples) {
-        CHECK(s.normal.norm() == Approx(1.0));
-        CHECK(s.normal.dot(s.point) > 0.0);
-    }
-    CHECK(samples.front().face == 0);
-    CHECK(samples.back().face == 1);
-    for (const int limit : {20000, 1000}) {
-        const auto fewer = measure::sample_surfaces(surfaces, {.at_most = limit});
-        CHECK(int(fewer.size()) <= limit);
-        CHECK(int(fewer.size()) > limit / 3);
-        CHECK(area(fewer) == Approx(area(samples)).epsilon(0.1));
-    }
-    CHECK_THROWS_AS(measure::sample_surfaces(surfaces, {.per_span = 0}), base::InvalidArgument);
-}
-
 TEST_CASE("a sphere does not fold against itself", "[measure][oracle]") {
     const test::Sphere sphere(10.0);
-    const auto samples = measure::sample_surfaces({sphere_patch(10.0)});
-    const measure::FoldFigures f = find_folds(samples, sphere, {.tolerance_mm = 0.1});
-    CHECK(f.samples == int(samples.size()));
+    const std::vector patches{sphere_patch(10.0)};
+    const measure::FoldFigures f = find_folds(patches, sphere, {.tolerance_mm = 0.1});
+    CHECK(f.samples == 60 * 30 * 16);
     CHECK(f.folded == 0);
     CHECK_FALSE(f.worst);
 
-    const auto inward = measure::sample_surfaces({turned(sphere_patch(10.0))});
-    CHECK(find_folds(inward, sphere, {.tolerance_mm = 0.1}).folded == int(inward.size()));
+    const std::vector inward{turned(sphere_patch(10.0))};
+    CHECK(find_folds(inward, sphere, {.tolerance_mm = 0.1}).folded == f.samples);
     CHECK(find_folds(inward, sphere, {.tolerance_mm = 0.1, .may_face_away = true}).folded == 0);
-    CHECK_THROWS_AS(find_folds(samples, sphere, {}), base::InvalidArgument);
+    CHECK_THROWS_AS(find_folds(patches, sphere, {}), base::InvalidArgument);
 }
 
 TEST_CASE("a folded sheet is found where it folds", "[measure][oracle]") {
@@ -80,8 +53,8 @@ TEST_CASE("a folded sheet is found where it folds", "[measure][oracle]") {
         const double s = u - 0.5, back = std::exp(-400.0 * s * s);
         return Vec3(s - 0.2 * s * 10.0 * back, 0.4 * (v - 0.5), 1e-3 * std::sin(20.0 * s));
     });
-    const auto samples = measure::sample_surfaces({sheet});
-    const measure::FoldFigures f = find_folds(samples, disc, {.tolerance_mm = 1e-3});
+    const std::vector surfaces{sheet};
+    const measure::FoldFigures f = find_folds(surfaces, disc, {.tolerance_mm = 1e-3});
     REQUIRE(f.worst);
     CHECK(f.folded > 10);
     CHECK(f.folded < f.samples / 4);
@@ -91,16 +64,16 @@ TEST_CASE("a folded sheet is found where it folds", "[measure][oracle]") {
     geom::BsplineCurve crease{test::uniform_knots(1), geom::Points(4, 3)};
     for (Eigen::Index i = 0; i < 4; ++i)
         crease.points.row(i) << 0.0, 0.4 * (double(i) / 3 - 0.5), 0.0;
-    CHECK(find_folds(samples, disc, {.tolerance_mm = 0.2, .creases = {crease}}).folded == 0);
-    CHECK(find_folds(samples, disc, {.tolerance_mm = 1e-3, .creases = {crease}}).folded > 10);
+    CHECK(find_folds(surfaces, disc, {.tolerance_mm = 0.2, .creases = {crease}}).folded == 0);
+    CHECK(find_folds(surfaces, disc, {.tolerance_mm = 1e-3, .creases = {crease}}).folded > 10);
 }
 
 TEST_CASE("thin and sharp shapes do not fold against themselves", "[measure][oracle]") {
     const test::NacaWing wing;
     const auto itself = spline_surface(
         80, 4, [](double u, double v) { return test::NacaWing::point(2 * u - 1, v); });
-    auto samples = measure::sample_surfaces({itself});
-    CHECK(find_folds(samples, wing, {.tolerance_mm = 1e-3, .may_face_away = true}).folded == 0);
+    std::vector surfaces{itself};
+    CHECK(find_folds(surfaces, wing, {.tolerance_mm = 1e-3, .may_face_away = true}).folded == 0);
 
     // The same with a trailing edge rounded by a radius below the tolerance.
     constexpr double radius = 1e-3;
@@ -114,9 +87,10 @@ TEST_CASE("thin and sharp shapes do not fold against themselves", "[measure][ora
         const Vec3 across = 0.5 * (a - b), middle = 0.5 * (a + b);
         return Vec3(middle - std::sin(angle) * across + radius * std::cos(angle) * Vec3::UnitX());
     });
-    samples = measure::sample_surfaces({rounded});
+    surfaces = {rounded};
     const auto folded = [&](double tolerance) {
-        return find_folds(samples, wing, {.tolerance_mm = tolerance, .may_face_away = true}).folded;
+        return find_folds(surfaces, wing, {.tolerance_mm = tolerance, .may_face_away = true})
+            .folded;
     };
     CHECK(folded(1e-2) == 0);  // the edge is within 6.2 radii of the rounding's tip
     CHECK(folded(1e-4) > 0);

@@ -11,24 +11,13 @@
 
 namespace patchwright::measure {
 
-struct SurfaceSampling {
-    int per_span = 4;         ///< places along each side of a knot span, evenly inside it
-    int at_most = 1'000'000;  ///< fewer a span where all together would exceed this
-};
-
-/// Points inside the knot spans, in the order of the surfaces, with unit normals du x dv (zero
-/// where the surface has none) and the area that each stands for; `face` is the surface's number.
-/// @throw InvalidArgument when an option is not positive
-std::vector<geom::SurfaceSample> sample_surfaces(const std::vector<geom::BsplineSurface>& surfaces,
-                                                 const SurfaceSampling& options = {});
-
 struct FoldOptions {
     double tolerance_mm = 0.0;  ///< size of the neighbourhood of sharp edges; positive
     /// Normals of input and output that differ by more than this disagree.
     double angle_rad = fold_limit_rad;
     /// Creases of the output, beside which normals may turn.
     std::vector<geom::BsplineCurve> creases;
-    /// All samples may face the other way, as open shells do; decided by the larger area.
+    /// The whole output may face the other way, as open shells do; decided by the larger area.
     bool may_face_away = false;
     base::Progress progress;
 };
@@ -45,12 +34,13 @@ struct FoldFigures {
     std::optional<Fold> worst;  ///< with the largest angle, the first of equal ones
 };
 
-/// A sample is folded when no point of the input within its distance plus two tolerances has a
-/// normal that agrees, and neither a sharp or free curve of the input nor a crease of the output
-/// lies within the tolerance.
+/// Looks at 4 x 4 samples in every knot span. A sample is folded when no point of the input within
+/// its distance plus two tolerances has a normal that agrees, and neither a sharp or free curve of
+/// the input nor a crease of the output lies within the tolerance. Samples of a span that turn by
+/// less than a third of the limit are settled by one of them where it is so far from the limit.
 /// @throw InvalidArgument when the tolerance or the angle is not positive
 /// @throw Cancelled when `progress` says stop
-FoldFigures find_folds(const std::vector<geom::SurfaceSample>& samples,
+FoldFigures find_folds(const std::vector<geom::BsplineSurface>& surfaces,
                        const geom::ReferenceSurface& input, const FoldOptions& options);
 
 }  // namespace patchwright::measure
