@@ -49,9 +49,6 @@ Source read_model(const std::string& file, const SourceOptions& options) {
                   .notices = read.notices};
     check_rounding(source.figures.bounds, file);
     const double diagonal = source.figures.bounds.diagonal();
-    if (!std::isfinite(diagonal))
-        throw base::InputError(fmt::format(
-            "{}: the model reaches beyond what numbers hold; repair its coordinates", file));
     if (!options.unit && (diagonal < small_mm || diagonal > large_mm)) {
         source.notices.push_back(
             fmt::format("{}: the model is {:.3g} m across by its unit, {}; if that is wrong, "

@@ -7,6 +7,7 @@
 #include "occ/exchange/lost_entities.h"
 #include "occ/exchange/memory_file.h"
 #include "occ/exchange/shape_checks.h"
+#include "occ/foot/tight_bounds.h"
 #include "occ/heal/heal.h"
 #include "occ/kernel_guard.h"
 #include "occ/kernel_progress.h"
@@ -242,6 +243,8 @@ ReadResult read_cad(const Path& path, const ReadOptions& options) {
         FaceOrigins origins;
         apply_unit_override(read, options, report, origins);
         const TopoDS_Shape shape = keep_faces(read.shape);
+        if (!std::isfinite(tight_bounds(shape).diagonal()))
+            refuse(path, "the model reaches beyond what numbers hold; repair its coordinates");
         report.free_edges_before = count_free_edges(shape);
         impl->shape = options.heal ? heal(shape, options.max_sewing_tolerance_rel, report, origins,
                                           options.progress)
