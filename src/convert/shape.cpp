@@ -146,11 +146,9 @@ measure::VerdictFigures verdict_figures(const ShapeFigures& figures, bool closed
     if (!intersecting.empty())
         result.self_intersecting_faces->at = figures.self_intersections.front().point;
     if (closed) result.free_edges = solid.free_edges;
+    result.area_mm2 = solid.area;
     // Formats without solids give none back, and no volume.
-    if (solid.solids > 0) {
-        result.volume_mm3 = solid.volume;
-        result.area_mm2 = solid.area;
-    }
+    if (solid.solids > 0) result.volume_mm3 = solid.volume;
     return result;
 }
 

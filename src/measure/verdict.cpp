@@ -31,6 +31,8 @@ class Assessment {
     explicit Assessment(const VerdictFigures& figures) : f_(figures) {
         if ((f_.output_to_input_mm || f_.input_to_output_mm) && !f_.tolerance_mm)
             throw base::InvalidArgument("verdict: distances need a tolerance");
+        if (f_.volume_mm3 && !f_.area_mm2)
+            throw base::InvalidArgument("verdict: a volume needs the area");
     }
 
     std::vector<Condition> conditions() {
@@ -45,12 +47,7 @@ class Assessment {
             failures(Requirement::Valid, Failures{*f_.valid ? 0 : 1, std::nullopt},
                      "another cage (--target-faces, --layout, --cage)");
         bodies();
-        if (f_.volume_mm3) {
-            // A film has its area on both sides.
-            const double film = 0.5 * least_thickness_mm * f_.area_mm2;
-            add(Requirement::Volume, Quantity::Volume, {*f_.volume_mm3, std::nullopt}, film,
-                *f_.volume_mm3 > film, "a cage that encloses a volume");
-        }
+        extent();
         angle(Requirement::Folds, f_.fold_rad, fold_limit_rad,
               "more faces there (--target-faces), or a cage without folds (--cage)");
         angle(Requirement::Kinks, f_.kink_rad, kink_limit_rad,
@@ -93,6 +90,19 @@ class Assessment {
                 "a cage with as many parts as the model has bodies (--cage)");
     }
 
+    void extent() {
+        if (f_.volume_mm3) {
+            // A film has its area on both sides.
+            const double film = 0.5 * least_thickness_mm * *f_.area_mm2;
+            add(Requirement::Volume, Quantity::Volume, {*f_.volume_mm3, std::nullopt}, film,
+                *f_.volume_mm3 > film, "a cage that encloses a volume");
+        } else if (f_.area_mm2) {
+            const double thread = least_thickness_mm * f_.diagonal_mm;
+            add(Requirement::Area, Quantity::Area, {*f_.area_mm2, std::nullopt}, thread,
+                *f_.area_mm2 > thread, "a cage whose faces have an area");
+        }
+    }
+
     const VerdictFigures& f_;
     std::vector<Condition> conditions_;
 };
@@ -131,6 +141,7 @@ std::string describe(const Condition& c, std::optional<double> tolerance_rel) {
             return fmt::format("{} where the input has {:.0f}", plural(count, "body", "bodies"),
                                c.limit);
         case Requirement::Volume: return fmt::format("the volume is {:.3g} mm^3", c.value);
+        case Requirement::Area: return fmt::format("the area is {:.3g} mm^2", c.value);
         case Requirement::Folds:
             return fmt::format("a fold: normals differ by {:.0f} degrees", c.value * degrees);
         case Requirement::Kinks:
@@ -155,6 +166,7 @@ const char* name_of(Requirement requirement) {
                                      "valid",
                                      "bodies",
                                      "volume",
+                                     "area",
                                      "folds",
                                      "kinks",
                                      "self_intersections",
@@ -166,7 +178,7 @@ double excess(const Condition& c) {
     if (c.met) return 1.0;
     if (c.quantity == Quantity::Length || c.quantity == Quantity::Angle)
         return c.limit > 0.0 ? c.value / c.limit : std::numeric_limits<double>::infinity();
-    return 1.0 + std::max(1.0, std::abs(c.quantity == Quantity::Volume ? 1.0 : c.value - c.limit));
+    return 1.0 + std::max(1.0, std::abs(c.quantity == Quantity::Count ? c.value - c.limit : 1.0));
 }
 
 bool Verdict::met() const {

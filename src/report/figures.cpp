@@ -65,6 +65,9 @@ class SectionWriter {
             case measure::Quantity::Length:
                 text = fmt::format("{}, limit {}", relative(c.value), length(c.limit));
                 break;
+            case measure::Quantity::Area:
+                text = fmt::format("{:.6g} {}", c.value * scale_ * scale_, unit(2));
+                break;
             case measure::Quantity::Volume:
                 text = fmt::format("{:.6g} {}", c.value * scale_ * scale_ * scale_, unit(3));
                 break;

@@ -56,14 +56,20 @@ class Writer {
         return {p.x() * scale_, p.y() * scale_, p.z() * scale_};
     }
 
+    double factor_of(measure::Quantity quantity) const {
+        switch (quantity) {
+            case measure::Quantity::Length: return scale_;
+            case measure::Quantity::Area: return scale_ * scale_;
+            case measure::Quantity::Volume: return scale_ * scale_ * scale_;
+            case measure::Quantity::Angle: return degrees;
+            case measure::Quantity::Count: break;
+        }
+        return 1.0;
+    }
     Json verdict(const measure::Verdict& v) const {
         Json conditions = Json::array();
         for (const measure::Condition& c : v.conditions) {
-            const double factor = c.quantity == measure::Quantity::Length ? scale_
-                                  : c.quantity == measure::Quantity::Volume
-                                      ? scale_ * scale_ * scale_
-                                  : c.quantity == measure::Quantity::Angle ? degrees
-                                                                           : 1.0;
+            const double factor = factor_of(c.quantity);
             conditions.push_back({{"name", measure::name_of(c.requirement)},
                                   {"value", c.value * factor},
                                   {"limit", c.limit * factor},

@@ -23,6 +23,7 @@ VerdictFigures good() {
             .bodies = 1,
             .bodies_of_input = 1,
             .volume_mm3 = 5.0,
+            .area_mm2 = 30.0,
             .fold_rad = measure::Worst{0.7, std::nullopt},
             .kink_rad = measure::Worst{0.017, std::nullopt},
             .self_intersecting_faces = measure::Failures{},
@@ -77,6 +78,12 @@ TEST_CASE("every condition can fail by itself, with its name, place and remedy",
              f.area_mm2 = 2.0;
          },
          "the volume is 4e-08", false},
+        {Requirement::Area,
+         [](auto& f) {
+             f.volume_mm3.reset();
+             f.area_mm2 = 1e-8;  // a thread of 1e-7 mm and a tenth of a millimetre
+         },
+         "the area is 1e-08", false},
         {Requirement::Folds,
          [&](auto& f) {
              f.fold_rad = measure::Worst{3.0, place};

@@ -18,20 +18,22 @@ enum class Requirement {
     Valid,              ///< for the CAD kernel
     Bodies,             ///< as many as in the input
     Volume,             ///< of closed bodies: more than that of a film of their area
+    Area,               ///< of open shells: more than that of a thread as long as the model
     Folds,              ///< normals of output and input agree
     Kinks,              ///< tangent planes agree across edges that are meant to be smooth
     SelfIntersections,  ///< no face intersects itself
     GridCells           ///< no cell of a grid is folded or has a negative volume
 };
 
-/// What a condition's value and limit are; lengths and volumes in mm and mm^3.
-enum class Quantity { Length, Volume, Angle, Count };
+/// What a condition's value and limit are; in mm, mm^2, mm^3.
+enum class Quantity { Length, Area, Volume, Angle, Count };
 
 struct Condition {
     Requirement requirement = Requirement::Valid;
     Quantity quantity = Quantity::Count;
     double value = 0.0;  ///< radians for angles
-    double limit = 0.0;  ///< largest value that is allowed; of the volume: the value exceeds it
+    double limit =
+        0.0;  ///< largest value that is allowed; of area and volume: the value exceeds it
     bool met = true;
     std::optional<geom::Vec3> at;  ///< where the value is worst
     std::string remedy;            ///< what to try; empty when met
@@ -64,7 +66,7 @@ struct VerdictFigures {
     std::optional<bool> valid;
     std::optional<int> bodies, bodies_of_input;
     std::optional<double> volume_mm3;  ///< of closed bodies
-    double area_mm2 = 0.0;             ///< of what has the volume
+    std::optional<double> area_mm2;    ///< needed by the volume
     std::optional<Worst> fold_rad;     ///< largest angle between the normals of output and input
     std::optional<Worst> kink_rad;     ///< beyond the tolerance from vertices without tangent plane
     std::optional<Failures> self_intersecting_faces;
@@ -96,11 +98,11 @@ struct Verdict {
 /// edges to within 1 degree; the other limits are the tolerance, the input's numbers, or zero.
 inline constexpr double fold_limit_rad = 0.785398163397448, kink_limit_rad = 0.0174532925199433;
 
-/// Closed bodies are thicker than what the CAD kernel tells apart.
+/// Bodies are thicker, and shells wider, than what the CAD kernel tells apart.
 inline constexpr double least_thickness_mm = 1e-7;
 
 /// The one place where it is decided whether a result is good.
-/// @throw InvalidArgument when distances are given without a tolerance
+/// @throw InvalidArgument when distances are given without a tolerance, or a volume without area
 Verdict assess(const VerdictFigures& figures);
 
 /// How much a condition is missed by: value over limit, for counts the count and one; 1 when met.
