@@ -1,5 +1,7 @@
 #include "measure/bezier_piece.h"
 
+#include <Eigen/Geometry>
+
 namespace patchwright::measure {
 
 using geom::Vec3;
@@ -90,6 +92,38 @@ std::array<BezierPiece, 2> BezierPiece::halves(const SurfaceFrame& frame) const 
     }
     for (BezierPiece& part : parts) bound(part, frame);
     return parts;
+}
+
+bool run_one_way(const BezierPiece& a, const BezierPiece& b, double least_mm) {
+    constexpr double margin = 1e-4;  // radians that decide nothing
+    const auto steps = [](const BezierPiece& piece, bool along_u) {
+        Directions result;
+        for (Eigen::Index k = 0; k < 12; ++k) {
+            const Eigen::Index from = along_u ? k : k / 3 * 4 + k % 3;
+            result.row(k) = piece.net.row(from + (along_u ? 4 : 1)) - piece.net.row(from);
+        }
+        return result;
+    };
+    const std::array<Directions, 2> along_u{steps(a, true), steps(b, true)};
+    const std::array<Directions, 2> along_v{steps(a, false), steps(b, false)};
+    const Vec3 u = (along_u[0] + along_u[1]).colwise().sum().normalized();
+    const Vec3 v = (along_v[0] + along_v[1]).colwise().sum().normalized();
+    const Vec3 normal = u.cross(v);
+    // In the plane of u and v, at right angles to one of them: each is positive on the other.
+    const Vec3 of_u = v.cross(normal), of_v = normal.cross(u);
+    const auto all_beyond = [&](const Directions& ways, const Vec3& along) {
+        for (Eigen::Index k = 0; k < ways.rows(); ++k) {
+            const double length = ways.row(k).norm();
+            if (length > least_mm && !(ways.row(k).dot(along) > margin * length)) return false;
+        }
+        return true;
+    };
+    for (const double side : {1.0, -1.0}) {
+        const Vec3 way = (of_u + side * of_v).normalized();
+        for (const std::size_t k : {0u, 1u})
+            if (!all_beyond(along_u[k], way) || !all_beyond(along_v[k], side * way)) return false;
+    }
+    return true;
 }
 
 BezierGrid bezier_grid(const geom::BsplineSurface& surface, const SurfaceFrame& frame) {

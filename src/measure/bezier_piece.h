@@ -37,6 +37,12 @@ struct BezierPiece : Extent {
     [[nodiscard]] std::array<BezierPiece, 2> halves(const SurfaceFrame& frame) const;
 };
 
+/// Whether one direction makes an acute angle with all derivatives of both pieces, and another one
+/// with those along u and an obtuse one with those along v: sharper than their cones where the
+/// parameter lines meet at a small angle and turn together.
+/// @param least_mm  derivatives shorter than this have no direction
+bool run_one_way(const BezierPiece& a, const BezierPiece& b, double least_mm);
+
 /// One piece a span that is not empty.
 struct BezierGrid {
     std::size_t spans_u = 0, spans_v = 0;

@@ -191,7 +191,8 @@ SurfacePieces::Relation SurfacePieces::relation(const Extent& a, const Extent& b
 SurfacePieces::Outcome SurfacePieces::test(const Pair& pair) const {
     const BezierPiece& a = pieces_[std::size_t(pair[0])];
     if (pair[0] != pair[1]) return test(a, pieces_[std::size_t(pair[1])]);
-    const bool done = is_simple(a.du, a.dv) || a.size() <= resolution_;
+    const bool done =
+        is_simple(a.du, a.dv) || a.size() <= resolution_ || run_one_way(a, a, frame_.least_mm);
     return {done ? Next::Nothing : Next::HalveFirst, {}};
 }
 
@@ -204,7 +205,9 @@ SurfacePieces::Outcome SurfacePieces::test(const BezierPiece& a, const BezierPie
         if (are_apart(a, b, 0.0)) return {};
         if (const auto hit = loop_at(a, b)) return {Next::Nothing, hit};
     }
-    if (small) return {};
+    if (small ||
+        (relation == Relation::Joined && domain_.touch(a, b) && run_one_way(a, b, frame_.least_mm)))
+        return {};
     return {a.size() >= b.size() ? Next::HalveFirst : Next::HalveSecond, {}};
 }
 

@@ -307,7 +307,8 @@ bool CapBuilder::fill_smoothly(const std::vector<Sector>& sectors, Cap& cap,
                 targets.push_back(foot.place);
             }
             const bool fitted = take(solver->fit(net, targets, weight));
-            if (folds(cap, sectors)) break;  // going on from its feet makes that worse
+            // Going on from its feet makes that worse.
+            if (folds(cap, sectors) || surface_of(cap, sectors).turns_over()) break;
             if (fitted) return true;
             if (cap.report.distance_mm < best.report.distance_mm) best = cap;
         }

@@ -25,14 +25,28 @@ class CapSurface {
     [[nodiscard]] CapFoot foot(const Eigen::RowVector3d& point, int face, double u, double v) const;
 
     [[nodiscard]] Eigen::RowVector3d position(int face, double u, double v) const {
-        return tangent(face, u, v).position;
+        return tangent({face, u, v}).position;
     }
+
+    /// Whether its parameters turn over somewhere, as where neighbouring faces of a narrow fan
+    /// overlap beside their edge.
+    [[nodiscard]] bool turns_over() const;
 
   private:
     struct Tangent {
         Eigen::RowVector3d position, du, dv;
     };
-    [[nodiscard]] Tangent tangent(int face, double u, double v) const;
+    struct Place {
+        int face;
+        double u, v;
+    };
+    [[nodiscard]] Tangent tangent(const Place& at) const;
+    static Eigen::Vector2d step_to_foot(const Tangent& at, const Eigen::RowVector3d& point);
+    /// Of some places on the ray from the vertex through `guess`.
+    [[nodiscard]] Place nearest_on_ray(const Eigen::RowVector3d& point, const Place& guess) const;
+    /// Goes as far as the step or the first edge to a neighbour, then from that face's view: only
+    /// at the edge are its directions known.
+    [[nodiscard]] Place moved(const Place& from, const Eigen::Vector2d& step) const;
 
     std::vector<std::vector<PolynomialPiece>> pieces_;
     bool closed_;

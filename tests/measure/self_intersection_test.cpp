@@ -175,6 +175,39 @@ TEST_CASE("slender sheets are as simple as wide ones", "[measure][oracle]") {
     check_closes(surfaces[3], hits[0]);
 }
 
+TEST_CASE("a narrow face of a fan that passes through its neighbour", "[measure][oracle]") {
+    constexpr int faces = 96;
+    constexpr double width = 2 * M_PI / faces;
+    // Four-sided, from the tip of a cone to its rim.
+    const auto face = [](double middle, double tilt) {
+        const auto at = [&](double radius, double side) {
+            const double a = middle + 0.5 * width * side;
+            return Vec3(radius * std::cos(a), radius * std::sin(a), (tilt * side - 0.5) * radius);
+        };
+        const Vec3 tip = Vec3::Zero(), right = at(100.0, -1.0), left = at(100.0, 1.0),
+                   far = at(130.0, 0.0);
+        geom::BsplineSurface s{test::uniform_knots(1), test::uniform_knots(1), geom::Points(16, 3)};
+        for (Eigen::Index i = 0; i < 4; ++i) {
+            for (Eigen::Index j = 0; j < 4; ++j) {
+                const double u = double(i) / 3.0, v = double(j) / 3.0;
+                s.point(i, j) = ((1 - u) * (1 - v) * tip + u * (1 - v) * right + u * v * far +
+                                 (1 - u) * v * left)
+                                    .transpose();
+            }
+        }
+        return s;
+    };
+    std::vector<geom::BsplineSurface> fan;
+    for (int k = 0; k < faces; ++k) fan.push_back(face(width * k, 0.0));
+    CHECK(find_self_intersections(fan, 0.01).empty());
+    fan[40] = face(width * 41, 0.01);
+    const auto hits = find_self_intersections(fan, 0.01);
+    REQUIRE(hits.size() == 1);
+    CHECK(hits[0].surfaces == std::array{40, 41});
+    CHECK(hits[0].is_found);
+    CHECK(std::atan2(hits[0].point.y(), hits[0].point.x()) == Approx(width * 41));
+}
+
 TEST_CASE("the place of a self-intersection does not depend on threads", "[measure]") {
     const auto crossing = wing(20.0, -100.0, 0.0);
     const std::vector<geom::BsplineSurface> surfaces(3, crossing);

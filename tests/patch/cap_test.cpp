@@ -79,6 +79,25 @@ TEST_CASE("tangent planes agree at smooth vertices of any valence", "[patch][ora
     }
 }
 
+TEST_CASE("caps of narrow faces take no more knots than those of wide ones", "[patch][oracle]") {
+    const auto depth = [](int faces) {
+        std::vector<Vec3> points{Vec3(0, 0, 0)};
+        std::vector<std::vector<int>> quads;
+        for (int k = 0; k < 2 * faces; ++k) {
+            const double a = M_PI * k / faces, r = k % 2 == 0 ? 1.0 : 1.2;
+            points.emplace_back(r * std::cos(a), r * std::sin(a), -0.5 * r);
+        }
+        for (int k = 0; k < faces; ++k)
+            quads.push_back({0, 1 + 2 * k, 2 + 2 * k, 1 + (2 * k + 2) % (2 * faces)});
+        const auto extraction =
+            patch::extract(test::make_cage(points, quads), {.tolerance_mm = 3e-4});
+        CHECK(cap_at(extraction, 0).smooth);
+        CHECK(cap_at(extraction, 0).distance_mm <= 3e-4);
+        return cap_at(extraction, 0).depth;
+    };
+    CHECK(depth(128) <= depth(32) + 1);
+}
+
 TEST_CASE("tangent planes agree at boundaries", "[patch][oracle]") {
     for (int faces = 2; faces <= 6; ++faces) {
         CAPTURE(faces);
