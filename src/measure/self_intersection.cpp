@@ -11,9 +11,9 @@ namespace patchwright::measure {
 
 namespace {
 
-/// Tests of pairs beside those for each pair of spans: ten times what the sheets of a thin wing
-/// take.
-constexpr std::size_t base_tests = 10'000'000;
+/// Tests of pairs beside those for each pair of spans: three times what the sheets of a thin wing
+/// take. Most make a piece, of half a kilobyte.
+constexpr std::size_t base_tests = 3'000'000;
 /// Looked into at a time, as their pieces take memory.
 constexpr std::size_t group = 64;
 
