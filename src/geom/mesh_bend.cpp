@@ -4,9 +4,10 @@
 #include "geom/mesh_sides.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/QR>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace patchwright::geom {
 
@@ -67,8 +68,8 @@ void add_normals(const TriangleMesh& mesh, MeshBend& bend) {
 }
 
 /// The symmetric 2 x 2 matrix, in the triangle's plane, that takes sides to the change of normals
-/// along them, by least squares; back in space.
-Eigen::Matrix3d shape_of(const TriangleMesh& mesh, const MeshBend& bend, int t) {
+/// along them, by least squares; back in space. Nothing for triangles without a height.
+std::optional<Eigen::Matrix3d> shape_of(const TriangleMesh& mesh, const MeshBend& bend, int t) {
     const Vec3 area = area_vector(mesh, t);
     const Vec3 x = (corner_point(mesh, t, 1) - corner_point(mesh, t, 0)).normalized();
     const Vec3 y = area.normalized().cross(x);
@@ -85,10 +86,19 @@ Eigen::Matrix3d shape_of(const TriangleMesh& mesh, const MeshBend& bend, int t) 
         right[2 * k] = turn.dot(x);
         right[2 * k + 1] = turn.dot(y);
     }
-    const Vec3 m = rows.colPivHouseholderQr().solve(right);
+    // Triangles without a height say nothing of the bend across their longest side.
+    constexpr double least_determinant_rel = 1e-12;
+    const Eigen::Matrix3d normal = rows.transpose() * rows;
+    Eigen::Matrix3d inverse;
+    bool has_height = false;
+    normal.computeInverseWithCheck(inverse, has_height,
+                                   least_determinant_rel * std::pow(normal.trace(), 3));
+    if (!has_height) return std::nullopt;
+    const Vec3 m = inverse * (rows.transpose() * right);
     // Outward normals turn along the way where the surface bends away from them.
-    return -(m[0] * x * x.transpose() + m[1] * (x * y.transpose() + y * x.transpose()) +
-             m[2] * y * y.transpose());
+    return Eigen::Matrix3d(-(m[0] * x * x.transpose() +
+                             m[1] * (x * y.transpose() + y * x.transpose()) +
+                             m[2] * y * y.transpose()));
 }
 
 void add_shapes(const TriangleMesh& mesh, MeshBend& bend) {
@@ -96,10 +106,10 @@ void add_shapes(const TriangleMesh& mesh, MeshBend& bend) {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const double area = area_vector(mesh, int(t)).norm();
         if (!(area > 0.0)) continue;
-        const Eigen::Matrix3d shape = shape_of(mesh, bend, int(t));
-        if (!shape.allFinite()) continue;
+        const auto shape = shape_of(mesh, bend, int(t));
+        if (!shape) continue;
         for (const int s : bend.sector[t]) {
-            bend.shape[std::size_t(s)] += area * shape;
+            bend.shape[std::size_t(s)] += area * *shape;
             weight[std::size_t(s)] += area;
         }
     }

@@ -1,8 +1,8 @@
 #include "geom/mesh_sides.h"
+#include "geom/symmetric_eigen.h"
 
 #include <patchwright/geom/mesh_figures.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <limits>
 
@@ -75,8 +75,8 @@ MeshFigures measure_mesh(const TriangleMesh& mesh, bool of_volume) {
     result.centre = origin + centre;
     second -= measure * centre * centre.transpose();
     const Eigen::Matrix3d inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solved(inertia);
-    for (Eigen::Index k = 0; k < 3; ++k) result.moments[std::size_t(k)] = solved.eigenvalues()[k];
+    const Vec3 moments = symmetric_eigen(inertia).values;
+    for (Eigen::Index k = 0; k < 3; ++k) result.moments[std::size_t(k)] = moments[k];
     return result;
 }
 

@@ -11,7 +11,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -213,17 +212,14 @@ std::optional<Curvature> MeshReference::curvature(const FootPoint& foot) const {
     for (std::size_t k = 0; k < 3; ++k)
         shape += w[Eigen::Index(k)] * impl_->bend.shape[std::size_t(sector[k])];
     const Vec3 x = normal.unitOrthogonal(), y = normal.cross(x);
-    Eigen::Matrix2d in_plane;
-    in_plane << x.dot(shape * x), x.dot(shape * y), y.dot(shape * x), y.dot(shape * y);
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solved(0.5 *
-                                                                (in_plane + in_plane.transpose()));
-    Curvature result;
-    for (Eigen::Index k = 0; k < 2; ++k) {
-        result.value[std::size_t(k)] = solved.eigenvalues()[k];
-        result.direction[std::size_t(k)] =
-            solved.eigenvectors()(0, k) * x + solved.eigenvectors()(1, k) * y;
-    }
-    return result;
+    // Mohr's circle of the symmetric part: the larger value is at half its angle from x.
+    const double xx = x.dot(shape * x), yy = y.dot(shape * y);
+    const double xy = 0.5 * (x.dot(shape * y) + y.dot(shape * x));
+    const double middle = 0.5 * (xx + yy), radius = std::hypot(0.5 * (xx - yy), xy);
+    const double angle = 0.5 * std::atan2(xy, 0.5 * (xx - yy));
+    const Vec3 along = std::cos(angle) * x + std::sin(angle) * y;
+    return Curvature{.value = {middle - radius, middle + radius},
+                     .direction = {normal.cross(along), along}};
 }
 
 std::optional<FeaturePoint> MeshReference::feature_point(const Vec3& query,

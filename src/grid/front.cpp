@@ -1,6 +1,7 @@
 #include "grid/front.h"
 
-#include <Eigen/Eigenvalues>
+#include "geom/symmetric_eigen.h"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
@@ -143,8 +144,7 @@ void FrontMesh::find_planes(const Plan& plan) {
             const geom::Vec3 d = surface_.row(p).transpose() - centre;
             spread += d * d.transpose();
         }
-        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
-        const geom::Vec3 normal = axes.eigenvectors().col(0);
+        const geom::Vec3 normal = geom::symmetric_eigen(spread).vectors.col(0);
         double off = 0.0, far = 0.0, lean = 0.0;
         for (const std::int32_t p : points) {
             const geom::Vec3 d = surface_.row(p).transpose() - centre;

@@ -1,11 +1,11 @@
 #include "fit/solve/step_operator.h"
 
 #include "fit/solve/over_rows.h"
+#include "geom/symmetric_eigen.h"
 #include "subd/solver_products.h"
 
 #include <patchwright/base/parallel.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -275,7 +275,6 @@ void StepOperator::precondition(MeshPreconditioner& preconditioner) const {
     std::vector<Block> blocks(static_cast<std::size_t>(columns()));
     std::vector<double> sums(blocks.size() / step_rows_a_task + 1, 0.0), counts(sums.size(), 0.0);
     over_rows<step_rows_a_task>(columns(), [&](Eigen::Index first, Eigen::Index count) {
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
         for (Eigen::Index v = first; v < first + count; ++v) {
             const Eigen::Vector3d scale = scale_.row(v).transpose();
             const Eigen::Matrix3d by_scale = scale * scale.transpose();
@@ -284,19 +283,17 @@ void StepOperator::precondition(MeshPreconditioner& preconditioner) const {
             Eigen::Matrix3d all =
                 block_at(sample_diagonal, sample_off, v).cwiseProduct(by_scale) + bending;
             for (int c = 0; c < 3; ++c) all(c, c) = scale[c] > 0.0 ? all(c, c) : 1.0;
-            solver.compute(all);
+            const geom::SymmetricEigen eigen = geom::symmetric_eigen(all);
             const Eigen::Vector3d lengths =
-                solver.eigenvalues()
-                    .cwiseMax(1e-12 * std::max(1.0, solver.eigenvalues()[2]))
-                    .cwiseSqrt();
-            const Eigen::Matrix3d& axes = solver.eigenvectors();
+                eigen.values.cwiseMax(1e-12 * std::max(1.0, eigen.values[2])).cwiseSqrt();
+            const Eigen::Matrix3d& axes = eigen.vectors;
             const Eigen::Matrix3d g = axes * lengths.cwiseInverse().asDiagonal() * axes.transpose();
             blocks[std::size_t(v)] = {g(0, 0), g(1, 1), g(2, 2), g(0, 1), g(0, 2), g(1, 2)};
             if (!(scale.minCoeff() > 0.0)) continue;
             double least = MeshPreconditioner::mass;
             for (int k = 0; k < 3; ++k) {
                 const double of_bending = axes.col(k).dot(bending * axes.col(k));
-                const double of_samples = solver.eigenvalues()[k] - of_bending;
+                const double of_samples = eigen.values[k] - of_bending;
                 if (of_samples > 0.0) least = std::min(least, alternation(of_bending / of_samples));
             }
             sums[std::size_t(first) / step_rows_a_task] += least;

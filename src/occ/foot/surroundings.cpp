@@ -17,7 +17,7 @@ using geom::Vec3;
 
 namespace {
 
-constexpr double widest_turn_rad = 1.0;
+constexpr double widest_jump_rad = 1.0;
 
 /// The triangles at each node.
 class Fans {
@@ -57,7 +57,7 @@ std::array<double, 2> bend_around(const ReferenceMesh& mesh, const Fans& fans,
             turn = std::max(turn, t.turn_rad + between + other.turn_rad);
         });
     }
-    if (!(turn <= widest_turn_rad)) return {infinity, infinity};
+    if (!(turn <= widest_jump_rad)) return {infinity, infinity};
     const double cosine = std::cos(turn);
     const double share = cosine * cosine * cosine;
     return {out / share, in / share};
@@ -73,7 +73,7 @@ bool is_tight(const ReferenceMesh& mesh, const Fans& fans, const MeshTriangle& t
 // Centroid by centroid, in quarters where the triangle is large beside its distance.
 double clearance_of(const CurveSearch& edges, const std::array<Vec3, 3>& corner, double bound,
                     int depth) {
-    constexpr int max_depth = 3;
+    constexpr int max_quarterings = 3;
     constexpr double small = 0.2;
     const auto& [a, b, c] = corner;
     const Vec3 centre = (a + b + c) / 3.0;
@@ -81,7 +81,7 @@ double clearance_of(const CurveSearch& edges, const std::array<Vec3, 3>& corner,
     const double from_centre = edges.clearance(centre, bound + radius);
     const double least = from_centre - radius;
     if (least >= bound || from_centre <= 0.0) return least;
-    if (radius <= small * from_centre || depth == max_depth) return least;
+    if (radius <= small * from_centre || depth == max_quarterings) return least;
     const Vec3 ab = 0.5 * (a + b), bc = 0.5 * (b + c), ca = 0.5 * (c + a);
     double found = std::min(bound, from_centre);
     using Corners = std::array<Vec3, 3>;
