@@ -2,6 +2,7 @@
 #include "occ/heal/heal.h"
 
 #include "occ/exchange/iges_repair.h"
+#include "occ/foot/tight_bounds.h"
 #include "occ/heal/free_edge_gaps.h"
 #include "occ/hull.h"
 #include "occ/shapes.h"
@@ -51,8 +52,10 @@ struct Healed {
 Healed heal(const std::vector<TopoDS_Shape>& shapes) {
     Healed result;
     occ::FaceOrigins origins;
+    const TopoDS_Shape whole = compound(shapes);
+    const double size = occ::tight_bounds(whole).diagonal();
     result.found =
-        occ::inspect(test::model_of(occ::heal(compound(shapes), 1e-3, result.report, origins)));
+        occ::inspect(test::model_of(occ::heal(whole, size, 1e-3, result.report, origins)));
     return result;
 }
 

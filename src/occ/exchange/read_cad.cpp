@@ -243,11 +243,12 @@ ReadResult read_cad(const Path& path, const ReadOptions& options) {
         FaceOrigins origins;
         apply_unit_override(read, options, report, origins);
         const TopoDS_Shape shape = keep_faces(read.shape);
-        if (!std::isfinite(tight_bounds(shape).diagonal()))
+        const double size = tight_bounds(shape).diagonal();
+        if (!std::isfinite(size))
             refuse(path, "the model reaches beyond what numbers hold; repair its coordinates");
         report.free_edges_before = count_free_edges(shape);
-        impl->shape = options.heal ? heal(shape, options.max_sewing_tolerance_rel, report, origins,
-                                          options.progress)
+        impl->shape = options.heal ? heal(shape, size, options.max_sewing_tolerance_rel, report,
+                                          origins, options.progress)
                                    : shape;
         report.free_edges_after = count_free_edges(impl->shape);
         for (const TopoDS_Face& face : faces_of(CadModel(impl))) {

@@ -17,7 +17,7 @@ using geom::Vec3;
 
 namespace {
 
-constexpr double widest_jump_rad = 1.0;
+constexpr double widest_bend_rad = 1.0;
 
 /// The triangles at each node.
 class Fans {
@@ -57,7 +57,7 @@ std::array<double, 2> bend_around(const ReferenceMesh& mesh, const Fans& fans,
             turn = std::max(turn, t.turn_rad + between + other.turn_rad);
         });
     }
-    if (!(turn <= widest_jump_rad)) return {infinity, infinity};
+    if (!(turn <= widest_bend_rad)) return {infinity, infinity};
     const double cosine = std::cos(turn);
     const double share = cosine * cosine * cosine;
     return {out / share, in / share};

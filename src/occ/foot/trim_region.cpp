@@ -19,8 +19,8 @@ namespace {
 constexpr double chord_bulge = 2e-3;   // of the region's size: chords finer than this gain nothing
 constexpr double exact_bulge = 1e-13;  // of the region's size: curve and chord are the same
 constexpr double side_tolerance = 1e-8;  // of the region's size: a p-curve runs along a side
-constexpr int max_side_depth = 12;
-constexpr int max_side_halvings = 40;
+constexpr int max_trim_depth = 12;
+constexpr int max_trim_halvings = 40;
 
 }  // namespace
 
@@ -89,7 +89,7 @@ void TrimRegion::split(Chord chord, int depth) {
     const Vec2 size = (high_ - low_).cwiseMax(1e-12);
     const bool fine = (bulge.array() <= chord_bulge * size.array()).all();
     const bool straight = (bulge.array() <= exact_bulge * size.array()).all();
-    if (straight || (fine && depth > 0) || depth >= max_side_depth) {
+    if (straight || (fine && depth > 0) || depth >= max_trim_depth) {
         // Three points see the bulge of a cubic to within a few per cent; doubled to be safe.
         chord.bulge = straight ? Vec2(Vec2::Zero()) : Vec2(2.0 * bulge);
         chords_.push_back(chord);
@@ -197,7 +197,7 @@ bool TrimRegion::crosses(const Chord& c, const Vec2& uv, int depth) const {
     const Eigen::Array2d exact = exact_bulge * size.array();
     // Along u or v, however unevenly run through: only where its ends are matters.
     const bool along_axis = ((c.end - c.start).array().abs() + c.bulge.array() <= exact).any();
-    if (c.curve < 0 || depth >= max_side_halvings || along_axis ||
+    if (c.curve < 0 || depth >= max_trim_halvings || along_axis ||
         (c.bulge.array() <= exact).all()) {
         if (!straddles) return false;
         const double s = (v - c.start.y()) / (c.end.y() - c.start.y());

@@ -1,7 +1,6 @@
 #include "occ/heal/heal.h"
 
 #include "occ/exchange/cad_model_impl.h"
-#include "occ/foot/tight_bounds.h"
 #include "occ/heal/edge_pairing.h"
 #include "occ/heal/face_cleanup.h"
 #include "occ/heal/free_edge_gaps.h"
@@ -208,8 +207,8 @@ TopoDS_Shape keep_faces(const TopoDS_Shape& shape) {
     return compound_of(kept);
 }
 
-TopoDS_Shape heal(const TopoDS_Shape& shape, double max_tolerance_rel, ReadReport& report,
-                  FaceOrigins& origins, const base::Progress& progress) {
+TopoDS_Shape heal(const TopoDS_Shape& shape, double size_mm, double max_tolerance_rel,
+                  ReadReport& report, FaceOrigins& origins, const base::Progress& progress) {
     const Bodies bodies(shape);
     std::vector<TopoDS_Shape> solids;
     std::vector<TopoDS_Shape> loose = bodies.shells;
@@ -225,8 +224,7 @@ TopoDS_Shape heal(const TopoDS_Shape& shape, double max_tolerance_rel, ReadRepor
         result.push_back(oriented);
     }
     if (!loose.empty()) {
-        const double size = tight_bounds(shape).diagonal();
-        const CleanedParts cleaned = drop_duplicates_and_slivers(loose, solids, size);
+        const CleanedParts cleaned = drop_duplicates_and_slivers(loose, solids, size_mm);
         report.duplicates_dropped = cleaned.duplicates;
         report.slivers_dropped = cleaned.slivers;
         if (cleaned.duplicates + cleaned.slivers > 0) {
@@ -236,7 +234,7 @@ TopoDS_Shape heal(const TopoDS_Shape& shape, double max_tolerance_rel, ReadRepor
         }
         if (!cleaned.parts.empty()) {
             const TopoDS_Shape sheets =
-                sew_sheets(cleaned.parts, size, max_tolerance_rel, report, origins, progress);
+                sew_sheets(cleaned.parts, size_mm, max_tolerance_rel, report, origins, progress);
             for (const TopoDS_Shape& shell : FaceGraph(sheets).shells())
                 result.push_back(body_of_shell(shell));
         }

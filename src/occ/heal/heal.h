@@ -13,8 +13,9 @@ namespace patchwright::occ {
 /// rest is sewn with a tolerance that its gaps ask for, orientation made consistent, and closed
 /// shells become outward solids. Counts and describes in the report what was changed.
 /// @pre the shape holds faces
-TopoDS_Shape heal(const TopoDS_Shape& shape, double max_tolerance_rel, ReadReport& report,
-                  FaceOrigins& origins, const base::Progress& progress = {});
+/// @param size_mm  diagonal of its tight_bounds()
+TopoDS_Shape heal(const TopoDS_Shape& shape, double size_mm, double max_tolerance_rel,
+                  ReadReport& report, FaceOrigins& origins, const base::Progress& progress = {});
 
 /// Only what holds faces: solids, shells and faces, in a compound when there are several.
 TopoDS_Shape keep_faces(const TopoDS_Shape& shape);
