@@ -56,7 +56,8 @@ void CurveWalk::divide() {
         if (std::isfinite(steps.penalty)) {
             const double wanted = std::ceil(curve.length / step);
             const int count = int(std::clamp(wanted, 2.0, double(max_steps)));
-            for (int k = 0; k <= count; ++k) steps.arc.push_back(curve.length * k / count);
+            for (int k = 0; k < count; ++k) steps.arc.push_back(curve.length * k / count);
+            steps.arc.push_back(curve.length);  // exactly, lest a stop there lies beyond it
             steps.junction.assign(steps.arc.size(), -1);
             const auto [start, end] = curve_ends_.places[c];
             if (start >= 0) steps.junction.front() = start + 2;
