@@ -78,16 +78,16 @@ struct GaussBasis {
 };
 
 std::vector<GaussBasis> gauss_bases(const std::vector<double>& knots) {
-    // Five points: exact up to degree nine; the flux has eight in each parameter.
-    constexpr double places[] = {-0.906179845938664, -0.538469310105683, 0.0, 0.538469310105683,
-                                 0.906179845938664};
-    constexpr double weights[] = {0.236926885056189, 0.478628670499366, 0.568888888888889,
-                                  0.478628670499366, 0.236926885056189};
+    // Six points: exact up to degree eleven, which the moments of a volume have in each parameter.
+    constexpr double places[] = {-0.932469514203152, -0.661209386466265, -0.238619186083197,
+                                 0.238619186083197,  0.661209386466265,  0.932469514203152};
+    constexpr double weights[] = {0.171324492379170, 0.360761573048139, 0.467913934572691,
+                                  0.467913934572691, 0.360761573048139, 0.171324492379170};
     std::vector<GaussBasis> bases;
     for (std::size_t k = 3; k + 4 < knots.size(); ++k) {
         const double half = 0.5 * (knots[k + 1] - knots[k]);
         if (!(half > 0.0)) continue;
-        for (std::size_t g = 0; g < 5; ++g) {
+        for (std::size_t g = 0; g < 6; ++g) {
             const double at = knots[k] + half * (1.0 + places[g]);
             bases.push_back({cubic_basis(knots, at), half * weights[g]});
         }
@@ -97,27 +97,40 @@ std::vector<GaussBasis> gauss_bases(const std::vector<double>& knots) {
 
 }  // namespace
 
-double volume_part(const BsplineSurface& surface, const Vec3& origin) {
+SurfaceMoments moments(const BsplineSurface& surface, const Vec3& origin) {
     const std::vector<GaussBasis> along_u = gauss_bases(surface.knots_u);
     const std::vector<GaussBasis> along_v = gauss_bases(surface.knots_v);
-    double sum = 0.0;
+    const auto columns = std::size_t(surface.columns());
+    std::vector<Vec3> across(columns), across_du(columns);  // the curve along v, and its du
+    SurfaceMoments sum;
     for (const auto& [bu, weight_u] : along_u) {
-        double row = 0.0;
-        for (const auto& [bv, weight_v] : along_v) {
-            Vec3 p = -origin, du = Vec3::Zero(), dv = Vec3::Zero();
+        for (std::size_t j = 0; j < columns; ++j) {
+            across[j] = -origin;
+            across_du[j] = Vec3::Zero();
             for (int i = 0; i < 4; ++i) {
-                for (int j = 0; j < 4; ++j) {
-                    const Vec3 control = surface.point(bu.first + i, bv.first + j).transpose();
-                    p += bu.value[i] * bv.value[j] * control;
-                    du += bu.derivative[i] * bv.value[j] * control;
-                    dv += bu.value[i] * bv.derivative[j] * control;
-                }
+                const Vec3 control = surface.point(bu.first + i, Eigen::Index(j)).transpose();
+                across[j] += bu.value[i] * control;
+                across_du[j] += bu.derivative[i] * control;
             }
-            row += weight_v * p.dot(du.cross(dv));
         }
-        sum += weight_u * row;
+        for (const auto& [bv, weight_v] : along_v) {
+            Vec3 p = Vec3::Zero(), du = Vec3::Zero(), dv = Vec3::Zero();
+            for (int k = 0; k < 4; ++k) {
+                const auto j = std::size_t(bv.first + k);
+                p += bv.value[k] * across[j];
+                du += bv.value[k] * across_du[j];
+                dv += bv.derivative[k] * across[j];
+            }
+            const Vec3 normal = weight_u * weight_v * du.cross(dv);
+            const double area = normal.norm();
+            sum.area += area;
+            sum.of_area += area * p;
+            const double flux = p.dot(normal);
+            sum.volume += flux / 3.0;
+            sum.of_volume += 0.25 * flux * p;
+        }
     }
-    return sum / 3.0;
+    return sum;
 }
 
 BsplineCurve part(const BsplineCurve& curve, double begin, double end) {

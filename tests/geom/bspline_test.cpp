@@ -35,15 +35,21 @@ TEST_CASE("the volume inside a closed surface is that of its parts", "[bspline][
                          3.0;
         for (Eigen::Index j = 0; j < 4; ++j) s.point(i, j) << 5.0 * u, 7.0 * double(j) / 3.0, 3.0;
     }
-    CHECK(geom::volume_part(s, geom::Vec3::Zero()) == Approx(35.0).epsilon(1e-14));
-    CHECK(geom::volume_part(s, {1, 2, 3}) == Approx(0.0).margin(1e-12));
+    const geom::SurfaceMoments pyramid = geom::moments(s, geom::Vec3::Zero());
+    CHECK(pyramid.volume == Approx(35.0).epsilon(1e-14));
+    CHECK((pyramid.of_volume / 35.0 - geom::Vec3(1.875, 2.625, 2.25)).norm() < 1e-13);
+    CHECK(pyramid.area == Approx(35.0).epsilon(1e-14));
+    CHECK((pyramid.of_area / 35.0 - geom::Vec3(2.5, 3.5, 3.0)).norm() < 1e-13);
+    CHECK(geom::moments(s, {1, 2, 3}).volume == Approx(0.0).margin(1e-12));
     // z = x y over the unit square has the integral of z - x z_x - y z_y = -x y below it: -1/12.
     geom::BsplineSurface saddle{{0, 0, 0, 0, 1, 1, 1, 1}, {0, 0, 0, 0, 1, 1, 1, 1}, {}};
     saddle.points.resize(16, 3);
     for (Eigen::Index i = 0; i < 4; ++i)
         for (Eigen::Index j = 0; j < 4; ++j)
             saddle.point(i, j) << double(i) / 3.0, double(j) / 3.0, double(i * j) / 9.0;
-    CHECK(geom::volume_part(saddle, geom::Vec3::Zero()) == Approx(-1.0 / 12.0).epsilon(1e-13));
+    const geom::SurfaceMoments under = geom::moments(saddle, geom::Vec3::Zero());
+    CHECK(under.volume == Approx(-1.0 / 12.0).epsilon(1e-13));
+    CHECK(under.area == Approx(1.280789).epsilon(1e-6));  // of sqrt(1 + x^2 + y^2)
 }
 
 TEST_CASE("cubic B-splines reproduce cubic polynomials", "[geom][oracle]") {

@@ -1,3 +1,5 @@
+#include "occ/brep/mass.h"
+#include "occ/kernel_points.h"
 #include "occ/shapes.h"
 #include "support/cages.h"
 
@@ -7,7 +9,9 @@
 #include <patchwright/patch/extract.h>
 
 #include <BRepBuilderAPI_MakeFace.hxx>
+#include <BRepGProp.hxx>
 #include <BRepPrimAPI_MakeSphere.hxx>
+#include <GProp_GProps.hxx>
 #include <catch2/catch.hpp>
 
 using namespace patchwright;
@@ -30,6 +34,56 @@ TEST_CASE("solids are measured", "[occ][oracle]") {
         occ::inspect(test::model_of(BRepPrimAPI_MakeSphere(3.0).Shape()));
     CHECK(sphere.volume_mm3 == Approx(36.0 * M_PI));
     CHECK(sphere.closed);  // its seam is used twice by the one face
+}
+
+/// By the kernel's adaptive quadrature; its ordinary one is off by some 1e-6.
+occ::Mass precise_mass(const TopoDS_Shape& shape) {
+    constexpr double error_rel = 1e-9;
+    GProp_GProps area, volume;
+    BRepGProp::SurfaceProperties(shape, area, error_rel);
+    if (TopExp_Explorer(shape, TopAbs_SOLID).More())
+        BRepGProp::VolumeProperties(shape, volume, error_rel);
+    return {area.Mass(), volume.Mass(),
+            occ::vec((volume.Mass() > 0.0 ? volume : area).CentreOfMass())};
+}
+
+TEST_CASE("bicubic models have the area and volume that the kernel finds", "[occ][oracle]") {
+    gp_Trsf moved;
+    moved.SetRotation(gp_Ax1(gp_Pnt(1, 2, 3), gp_Dir(1, 1, 0)), 0.7);
+    const TopLoc_Location place(moved);
+    std::vector<TopoDS_Shape> shapes;
+    for (const mesh::Cage& cage : {test::cube(2.0), test::grid(3, 4)}) {
+        const TopoDS_Shape shape = occ::assemble(patch::extract(cage).patches).impl().shape;
+        shapes.insert(shapes.end(), {shape, shape.Moved(place), shape.Reversed()});
+    }
+    for (const TopoDS_Shape& shape : shapes) {
+        const occ::Inspection bicubic = occ::inspect(test::model_of(shape));
+        CHECK(bicubic.all_bicubic);
+        const occ::Mass kernel = precise_mass(shape);
+        CHECK(bicubic.area_mm2 == Approx(kernel.area_mm2).epsilon(1e-6));
+        CHECK(bicubic.volume_mm3 == Approx(kernel.volume_mm3).epsilon(1e-9));
+        CHECK((occ::measure_mass(shape).centroid - kernel.centroid).norm() < 1e-7);
+    }
+}
+
+TEST_CASE("a periodic bicubic surface has the area that the kernel finds", "[occ][oracle]") {
+    constexpr int around = 8;
+    TColgp_Array2OfPnt poles(1, around, 1, 4);
+    for (int i = 1; i <= around; ++i)
+        for (int j = 1; j <= 4; ++j)
+            poles(i, j) = gp_Pnt(std::cos(i * M_PI / 4), std::sin(i * M_PI / 4) * (1 + 0.1 * j), j);
+    TColStd_Array1OfReal knots_u(1, around + 1), knots_v(1, 2);
+    TColStd_Array1OfInteger once(1, around + 1), four_times(1, 2);
+    for (int i = 1; i <= around + 1; ++i) knots_u(i) = i;
+    knots_v(1) = 0;
+    knots_v(2) = 1;
+    once.Init(1);
+    four_times.Init(4);
+    const Handle(Geom_BSplineSurface) tube =
+        new Geom_BSplineSurface(poles, knots_u, knots_v, once, four_times, 3, 3, true, false);
+    const TopoDS_Face face = BRepBuilderAPI_MakeFace(tube, 1e-7).Face();
+    REQUIRE_FALSE(occ::whole_bicubic(face).IsNull());
+    CHECK(occ::measure_mass(face).area_mm2 == Approx(precise_mass(face).area_mm2).epsilon(1e-6));
 }
 
 TEST_CASE("free and non-manifold edges are counted", "[occ]") {

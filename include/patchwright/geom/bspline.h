@@ -48,9 +48,18 @@ struct BsplineSurface {
     [[nodiscard]] Evaluation at(double u, double v) const;
 };
 
-/// The surface's part in the volume inside a closed one whose faces look outward, exact but for
-/// rounding: a third of the flux of the distance from `origin`.
-double volume_part(const BsplineSurface& surface, const Vec3& origin);
+/// Integrals over a surface and over the cone from the origin to it, which counts where the normal
+/// looks away from the origin: a closed surface's cones add up to what lies inside.
+struct SurfaceMoments {
+    double area = 0.0;
+    double volume = 0.0;
+    Vec3 of_area = Vec3::Zero();    ///< area times its centroid
+    Vec3 of_volume = Vec3::Zero();  ///< volume times its centroid
+};
+
+/// Places count from `origin`. Volume and its moments are exact but for rounding, area and its
+/// moments by six Gauss points a span and parameter.
+SurfaceMoments moments(const BsplineSurface& surface, const Vec3& origin);
 
 /// The four cubic basis functions that are non-zero at `t`, with derivatives.
 struct BasisSpan {

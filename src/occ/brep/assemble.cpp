@@ -292,7 +292,8 @@ class Assembler {
         std::vector<double> shares(part.size());
         base::parallel_for(part.size(), 1, [&](std::size_t begin, std::size_t end) {
             for (std::size_t k = begin; k < end; ++k)
-                shares[k] = geom::volume_part(set_.patches[std::size_t(part[k])].surface, origin);
+                shares[k] =
+                    geom::moments(set_.patches[std::size_t(part[k])].surface, origin).volume;
         });
         return std::accumulate(shares.begin(), shares.end(), 0.0);
     }

@@ -1,3 +1,4 @@
+#include "occ/brep/mass.h"
 #include "occ/exchange/cad_model_impl.h"
 #include "occ/foot/tight_bounds.h"
 #include "occ/kernel_guard.h"
@@ -8,12 +9,8 @@
 
 #include <BRepAdaptor_Surface.hxx>
 #include <BRepCheck_Analyzer.hxx>
-#include <BRepGProp.hxx>
 #include <BRep_Tool.hxx>
-#include <GProp_GProps.hxx>
 #include <Geom2d_Curve.hxx>
-#include <Geom_BSplineSurface.hxx>
-#include <Geom_RectangularTrimmedSurface.hxx>
 #include <ShapeAnalysis_ShapeTolerance.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
@@ -53,41 +50,6 @@ std::string kind_of(const TopoDS_Face& face) {
     }
 }
 
-/// Whether the face is a whole non-rational bicubic B-spline surface, trimmed by nothing.
-bool is_whole_bicubic(const TopoDS_Face& face) {
-    Handle(Geom_Surface) surface = BRep_Tool::Surface(face);
-    if (const auto trimmed = Handle(Geom_RectangularTrimmedSurface)::DownCast(surface);
-        !trimmed.IsNull()) {
-        surface = trimmed->BasisSurface();
-    }
-    const auto spline = Handle(Geom_BSplineSurface)::DownCast(surface);
-    if (spline.IsNull() || spline->IsURational() || spline->IsVRational() ||
-        spline->UDegree() != 3 || spline->VDegree() != 3) {
-        return false;
-    }
-    double u0 = 0, u1 = 0, v0 = 0, v1 = 0;
-    spline->Bounds(u0, u1, v0, v1);
-    const auto on_border = [&](const gp_Pnt2d& p) {
-        const double u = std::min(p.X() - u0, u1 - p.X()) / (u1 - u0);
-        const double v = std::min(p.Y() - v0, v1 - p.Y()) / (v1 - v0);
-        return std::min(std::abs(u), std::abs(v)) < 1e-6;
-    };
-    // Every boundary curve lies on the border, and together they are as long as it is.
-    double covered = 0.0;
-    for (TopExp_Explorer it(face, TopAbs_EDGE); it.More(); it.Next()) {
-        double first = 0, last = 0;
-        const Handle(Geom2d_Curve) curve =
-            BRep_Tool::CurveOnSurface(TopoDS::Edge(it.Current()), face, first, last);
-        if (curve.IsNull()) return false;
-        for (const double s : {0.0, 0.3, 0.5, 0.7, 1.0}) {
-            if (!on_border(curve->Value(first + s * (last - first)))) return false;
-        }
-        const gp_Vec2d chord(curve->Value(first), curve->Value(last));
-        covered += std::abs(chord.X()) / (u1 - u0) + std::abs(chord.Y()) / (v1 - v0);
-    }
-    return std::abs(covered - 4.0) < 1e-6;
-}
-
 void count_edges(const TopoDS_Shape& shape, Inspection& result) {
     const std::vector<int> uses = edge_uses(shape);
     result.edges = static_cast<int>(uses.size());
@@ -115,20 +77,15 @@ Inspection inspect_shape(const CadModel& model) {
     for (const TopoDS_Face& face : faces_of(model)) {
         ++result.faces;
         ++result.faces_by_kind[kind_of(face)];
-        result.all_bicubic = result.all_bicubic && is_whole_bicubic(face);
+        result.all_bicubic = result.all_bicubic && !whole_bicubic(face).IsNull();
     }
     result.all_bicubic = result.all_bicubic && result.faces > 0;
     count_edges(shape, result);
 
     result.bounds = tight_bounds(shape);
-    GProp_GProps properties;
-    BRepGProp::SurfaceProperties(shape, properties);
-    result.area_mm2 = properties.Mass();
-    for (TopExp_Explorer it(shape, TopAbs_SOLID); it.More(); it.Next()) {
-        GProp_GProps of_solid;
-        BRepGProp::VolumeProperties(it.Current(), of_solid);
-        result.volume_mm3 += of_solid.Mass();
-    }
+    const Mass mass = measure_mass(shape);
+    result.area_mm2 = mass.area_mm2;
+    result.volume_mm3 = mass.volume_mm3;
     result.max_tolerance_mm = ShapeAnalysis_ShapeTolerance().Tolerance(shape, 1);
     result.valid = BRepCheck_Analyzer(shape).IsValid();
     return result;
