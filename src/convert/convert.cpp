@@ -1,4 +1,5 @@
 #include <patchwright/base/error.h>
+#include <patchwright/base/memory.h>
 #include <patchwright/base/stage_clock.h>
 #include <patchwright/cage/bodies.h>
 #include <patchwright/convert/convert.h>
@@ -9,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 namespace patchwright::convert {
@@ -45,6 +47,18 @@ Growth growth_of(CageKind kind, int faces) {
         case CageKind::Remeshed: return {remeshed_levels, most_vertices};
     }
     return unlimited_growth;
+}
+
+/// For work without which there is a result. @return false when it ran out of memory
+template <class Work>
+bool memory_suffices(const Work& work) {
+    const base::MayRunOutOfMemory scope;
+    try {
+        work();
+        return true;
+    } catch (const std::bad_alloc&) {
+        return false;
+    }
 }
 
 /// What a run of attempts shares.
@@ -220,10 +234,17 @@ Conversion convert(const Source& source, const std::filesystem::path& output,
     try {
         while (const std::optional<AttemptPlan> plan = choose_next(attempts, options, diagonal)) {
             if (!attempts.empty() && budget.is_used_up()) throw base::TimeLimitReached();
-            attempts.push_back(run.carry_out(*plan, attempts));
+            const auto make_attempt = [&] { attempts.push_back(run.carry_out(*plan, attempts)); };
+            if (attempts.empty()) {
+                make_attempt();
+            } else if (!memory_suffices(make_attempt)) {
+                run.result.notices.push_back(fmt::format(
+                    "attempt {} ran out of memory and was given up", attempts.size() + 1));
+                break;
+            }
             const auto best = choose_best(attempts);
             for (std::size_t i = 0; i < attempts.size(); ++i)
-                if (i != best) attempts[i].file.reset();
+                if (i != best) attempts[i].drop_file();
         }
     } catch (const base::TimeLimitReached&) {
         run.result.time_limit_reached = true;
@@ -233,7 +254,12 @@ Conversion convert(const Source& source, const std::filesystem::path& output,
     result.kept = choose_best(result.attempts);
     if (result.kept) {
         Attempt& best = result.attempts[*result.kept];
-        add_bounds(best.deviation, *best.output, source.surface(), budget.unlimited());
+        const auto bound = [&] {
+            add_bounds(best.deviation, *best.output, source.surface(), budget.unlimited());
+        };
+        if (!memory_suffices(bound))
+            result.notices.emplace_back(
+                "the deviation has no upper bound: finding one ran out of memory");
         outputs.add(std::exchange(best.file, nullptr));
         run.clock.end("check");
     }

@@ -1,6 +1,7 @@
 #include "support/cages.h"
 
 #include <patchwright/base/error.h>
+#include <patchwright/base/memory.h>
 #include <patchwright/base/parallel.h>
 #include <patchwright/convert/convert.h>
 #include <patchwright/mesh/obj.h>
@@ -11,6 +12,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <new>
 
 using namespace patchwright;
 
@@ -99,6 +101,52 @@ TEST_CASE("a time limit delivers the best result so far, or nothing", "[convert]
         CHECK_FALSE(some.attempts[*some.kept].verdict.met());
         CHECK(folder.size() == 1);
     }
+}
+
+TEST_CASE("memory used up after the first attempt delivers that one", "[convert]") {
+    const Folder folder;
+    const convert::ConvertOptions options{.tolerance_mm = 1e-7 * wing().input.diagonal,
+                                          .max_levels = 0};
+    bool checked = false;
+    bool was_under_way = false;
+    const base::Budget later(std::nullopt, [&](std::string_view stage, double) {
+        if (checked && stage == "fit") {
+            was_under_way = base::MayRunOutOfMemory::is_under_way();
+            throw std::bad_alloc();
+        }
+        checked = checked || stage == "deviation";
+        return true;
+    });
+    const convert::Conversion done = convert::convert(wing(), folder / "a.step", options, later);
+    REQUIRE(done.notices.size() == 1);
+    CHECK(done.notices[0] == "attempt 2 ran out of memory and was given up");
+    CHECK(was_under_way);
+    CHECK_FALSE(base::MayRunOutOfMemory::is_under_way());
+    REQUIRE(done.kept == 0u);
+    REQUIRE(done.attempts.size() == 1);
+    CHECK(folder.size() == 1);
+    CHECK(convert::read_source(folder / "a.step").figures.closed);
+
+    bool bounding = false;
+    const base::Budget last(std::nullopt, [&](std::string_view stage, double) {
+        bounding = stage == "bound";
+        if (bounding) throw std::bad_alloc();
+        return true;
+    });
+    const convert::Conversion unbounded =
+        convert::convert(wing(), folder / "a.step", {.tolerance_mm = 1.0}, last);
+    CHECK(bounding);
+    REQUIRE(unbounded.kept);
+    CHECK_FALSE(unbounded.attempts[*unbounded.kept].deviation.output_to_input.bound);
+    CHECK(unbounded.attempts[*unbounded.kept].verdict.met());
+    CHECK(folder.size() == 1);
+
+    const base::Budget at_once(std::nullopt, [&](std::string_view, double) -> bool {
+        CHECK_FALSE(base::MayRunOutOfMemory::is_under_way());
+        throw std::bad_alloc();
+    });
+    CHECK_THROWS_AS(convert::convert(wing(), folder / "b.step", options, at_once), std::bad_alloc);
+    CHECK(folder.size() == 1);
 }
 
 TEST_CASE("cancelling leaves the old file alone", "[convert]") {

@@ -1,7 +1,10 @@
 // The C library's allocation with the new-handler of C++, which signals.h sets: libraries in C
 // (HDF5, CGNS, the scanner of STEP files) crash, end the process or report a full disk where they
 // get no memory. Before main(), libraries have no such handler and no memory for an exception.
+// Operator new, for which malloc() works here, and the CAD kernel throw where that is to be caught.
 #include "signals.h"
+
+#include <patchwright/base/memory.h>
 
 #include <cstddef>
 #include <new>
@@ -11,7 +14,8 @@
 namespace {
 
 void* checked(void* memory, bool is_needed) noexcept {
-    if (memory == nullptr && is_needed) {
+    const bool ends = is_needed && !patchwright::base::MayRunOutOfMemory::is_under_way();
+    if (memory == nullptr && ends) {
         if (const std::new_handler handler = std::get_new_handler()) handler();
         patchwright::cli::end_without_memory();
     }

@@ -3,6 +3,7 @@
 #include "command.h"
 
 #include <patchwright/base/error.h>
+#include <patchwright/base/memory.h>
 #include <patchwright/base/output_set.h>
 
 #include <fmt/format.h>
@@ -100,6 +101,11 @@ extern "C" void* end_what_does_not_stop(void*) {
     end_now(InternalError, "internal error, please report: an error of an unknown kind");
 }
 
+void on_memory_used_up() {
+    if (base::MayRunOutOfMemory::is_under_way()) throw std::bad_alloc();
+    end_without_memory();
+}
+
 void start_watching() {
     ::sem_init(&signal_arrived, 0, 0);
     pthread_attr_t attributes;
@@ -117,7 +123,7 @@ void end_without_memory() noexcept { end_now(InternalError, out_of_memory); }
 
 void catch_signals() {
     std::set_terminate(on_terminate);
-    std::set_new_handler(end_without_memory);
+    std::set_new_handler(on_memory_used_up);
     start_watching();
     for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGXFSZ, SIGPIPE}) {
         struct sigaction action {};

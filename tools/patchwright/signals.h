@@ -5,9 +5,9 @@
 
 namespace patchwright::cli {
 
-/// Catches INT, TERM, HUP, XFSZ and PIPE, unless they are ignored, memory used up and
-/// std::terminate. A signal asks the run to stop; when it has not after a second and a half, its
-/// temporary files are removed and the process ends. Call first.
+/// Catches INT, TERM, HUP, XFSZ and PIPE, unless they are ignored, memory used up (unless
+/// base::MayRunOutOfMemory) and std::terminate. A signal asks the run to stop; when it has not
+/// after a second and a half, its temporary files are removed and the process ends. Call first.
 void catch_signals();
 
 /// The signal that asked to stop; 0: none.

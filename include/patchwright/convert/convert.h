@@ -65,7 +65,12 @@ struct Attempt {
     /// The file beside its final name, read back and measured; none: could not win, and its figures
     /// are those of the model in memory.
     std::shared_ptr<base::PendingFile> file;
-    std::shared_ptr<const occ::CadReference> output;
+    std::shared_ptr<const occ::CadReference> output;  ///< what was measured; dropped with the file
+
+    void drop_file() {
+        file.reset();
+        output.reset();
+    }
 };
 
 struct Conversion {
@@ -87,12 +92,14 @@ std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
 /// The best attempt; the first of equal ones.
 std::optional<std::size_t> choose_best(const std::vector<Attempt>& attempts);
 
-/// Makes attempts until one is met, none is left, or the budget is used up, and adds the best one
-/// to `outputs`, as the file `output`. Missing the tolerance is a verdict, not an error. Where the
-/// budget is not used up, the bytes written do not depend on time or on the number of threads.
+/// Makes attempts until one is met, none is left, or the budget or memory is used up, and adds the
+/// best one to `outputs`, as the file `output`. Missing the tolerance is a verdict, not an error.
+/// Where the budget is not used up, the bytes written do not depend on time or on the number of
+/// threads.
 /// @throw InputError when no cage can be made
 /// @throw OutputError when `output` cannot be written
 /// @throw Cancelled when the budget's callback says so
+/// @throw std::bad_alloc when memory is used up before there is a result
 Conversion convert(const Source& source, const std::filesystem::path& output,
                    base::OutputSet& outputs, const ConvertOptions& options,
                    const base::Budget& budget = base::Budget());
