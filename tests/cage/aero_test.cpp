@@ -84,6 +84,24 @@ Rings wing_rings() {
     return rings;
 }
 
+/// Along y, then round a bend of 80 degrees and up; sections turn with the way.
+Rings winglet_rings() {
+    constexpr double straight = 3000.0, radius = 300.0, up = 900.0, bend = 1.4;
+    Rings rings;
+    for (int i = 0; i <= 14; ++i) {
+        const double roll = bend * std::clamp((i - 6) / 4.0, 0.0, 1.0),
+                     along = straight * std::min(i / 6.0, 1.0), past = up * std::max(i - 10, 0) / 4;
+        const double way = along + radius * roll + past, chord = 1000.0 - 0.18 * way;
+        const double y = along + radius * std::sin(roll) + past * std::cos(roll),
+                     z = radius * (1.0 - std::cos(roll)) + past * std::sin(roll);
+        rings.emplace_back();
+        for (const Eigen::Vector2d& p : section(0.12, 0.006))
+            rings.back().emplace_back(chord * p.x() + 0.3 * way, y - std::sin(roll) * chord * p.y(),
+                                      z + std::cos(roll) * chord * p.y());
+    }
+    return rings;
+}
+
 /// From a circle to a thin section along z, twisted; open at both ends.
 Rings blade_rings() {
     Rings rings;
@@ -200,6 +218,26 @@ TEST_CASE("a twisted wing with a blunt trailing edge gets rings and two lids", "
     }
     CHECK(at_nose >= 5);
     check_deviation(made.cage, wing, 1e-4);
+}
+
+TEST_CASE("a winglet gets rings across it, as the wing does", "[layout]") {
+    const Shape wing = shape_of(ring_cage(winglet_rings(), {{0, 0}, {15, 0}}, true));
+    const auto made = cage::make_cage(wing.reference);
+    REQUIRE(made.layout.size() == 1);
+    INFO(made.layout[0]);
+    REQUIRE(made.layout[0].rfind("wing: 16 points around", 0) == 0);
+    CHECK(made.layout[0].find("blunt trailing edge, ends planar and planar") != std::string::npos);
+    const double top = wing.reference.bounds().max.z();
+    for (const Vec3& p : extraordinary(made.cage)) CHECK((p.y() < 1.0 || p.z() > top - 50.0));
+    // Rings of the winglet's upper half lie across it, 80 degrees from the level.
+    for (Eigen::Index ring = 0; ring + 16 <= made.cage.points.rows(); ring += 16) {
+        const auto rows = made.cage.points.middleRows(ring, 16);
+        if (rows.col(2).minCoeff() < 0.6 * top) continue;
+        const Eigen::VectorXd along = rows.col(1) * std::cos(1.4) + rows.col(2) * std::sin(1.4);
+        CHECK(along.maxCoeff() - along.minCoeff() < 10.0);
+    }
+    check_creases(made.cage, wing);
+    check_deviation(made.cage, wing, 1e-3);
 }
 
 /// The same with a line of points along the nose, open at both ends.

@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 
 namespace patchwright::cage {
 
@@ -80,11 +81,11 @@ std::vector<SectionLoop> rims(const SurfaceBody& body) {
     return loops;
 }
 
-Slicer::Slicer(const SurfaceBody& body, const Vec3& normal) : body_(&body), normal_(normal) {
+Slicer::Slicer(const SurfaceBody& body, Spine spine) : body_(&body), spine_(std::move(spine)) {
     const geom::Points& points = body.mesh->points;
     heights_.resize(std::size_t(points.rows()));
     for (Eigen::Index i = 0; i < points.rows(); ++i)
-        heights_[std::size_t(i)] = points.row(i).dot(normal);
+        heights_[std::size_t(i)] = spine_.height(points.row(i));
     mine_.assign(heights_.size(), 0);
     low_ = std::numeric_limits<double>::infinity();
     high_ = -low_;
@@ -102,10 +103,11 @@ std::vector<SectionLoop> Slicer::cut(double height) const {
     using Side = std::pair<int, int>;
     const auto above = [&](int v) { return heights_[std::size_t(v)] >= height; };
     const auto point_on = [&](const Side& side) {
-        const double h0 = heights_[std::size_t(side.first)],
-                     h1 = heights_[std::size_t(side.second)];
         const Vec3 a = mesh.points.row(side.first), b = mesh.points.row(side.second);
-        return Vec3(a + (height - h0) / (h1 - h0) * (b - a));
+        const double from = spine_.offset(a, height), to = spine_.offset(b, height);
+        // Of a fan both may lie on one side where its planes turn; heights are what tells sides.
+        const double share = from == to ? 0.5 : std::clamp(from / (from - to), 0.0, 1.0);
+        return Vec3(a + share * (b - a));
     };
     std::map<Side, Side> next;
     std::set<Side> has_previous;

@@ -1,6 +1,8 @@
 // Plane sections of a triangle mesh.
 #pragma once
 
+#include "cage/sections/spine.h"
+
 #include <patchwright/geom/surface_mesh.h>
 
 #include <vector>
@@ -36,24 +38,23 @@ struct SectionLoop {
 /// end of a span they run as sections do. Crossings are where other feature curves reach them.
 std::vector<SectionLoop> rims(const SurfaceBody& body);
 
-/// Cuts bodies by planes of one direction.
+/// Cuts bodies across a spine.
 class Slicer {
   public:
-    Slicer(const SurfaceBody& body, const geom::Vec3& normal);
+    Slicer(const SurfaceBody& body, Spine spine);
 
-    /// The lines where normal . p = height.
     [[nodiscard]] std::vector<SectionLoop> cut(double height) const;
     [[nodiscard]] double low() const { return low_; }
     [[nodiscard]] double high() const { return high_; }
     [[nodiscard]] double height(int vertex) const { return heights_[std::size_t(vertex)]; }
     /// Whether a vertex of the mesh is one of the body's.
     [[nodiscard]] bool holds(int vertex) const { return mine_[std::size_t(vertex)] != 0; }
-    [[nodiscard]] const geom::Vec3& normal() const { return normal_; }
+    [[nodiscard]] const Spine& spine() const { return spine_; }
     [[nodiscard]] const SurfaceBody& body() const { return *body_; }
 
   private:
     const SurfaceBody* body_;
-    geom::Vec3 normal_;
+    Spine spine_;
     std::vector<double> heights_;
     std::vector<char> mine_;
     double low_ = 0.0, high_ = 0.0;

@@ -140,9 +140,10 @@ class TubeFinder {
         poll_();
         const Vec3 zero = Vec3(tube_.axis.z(), tube_.axis.x(), tube_.axis.y());  // a cyclic shift
         const Vec3 outward = std::cos(angle) * zero + std::sin(angle) * tube_.axis.cross(zero);
-        const Slicer slicer(body_, tube_.axis.cross(outward));
+        const Vec3 across = tube_.axis.cross(outward);
+        const Slicer slicer(body_, Spine(across));
         std::vector<HalfPlaneLine> parts;
-        for (const SectionLoop& loop : slicer.cut(tube_.center.dot(slicer.normal())))
+        for (const SectionLoop& loop : slicer.cut(tube_.center.dot(across)))
             add_parts(loop, outward, parts);
         if (parts.size() != 1)
             return refuse(fmt::format("{} lines at {:.0f} degrees around it", parts.size(),

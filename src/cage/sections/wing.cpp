@@ -1,5 +1,7 @@
 #include "cage/blocks/feature_chain.h"
+#include "cage/sections/bent_spine.h"
 #include "cage/sections/wing_finder.h"
+#include "geom/angle.h"
 
 #include <fmt/format.h>
 
@@ -21,18 +23,29 @@ constexpr int samples_along = 13;
 constexpr double outermost_sample = 0.08;
 // Of the mean chord: shorter bodies with wing-like sections are fairings and fins of other parts.
 constexpr double shortest_span = 0.4;
-// Beside a tip that closes the last interval of the span must not be much longer than the tip, or
-// the limit surface swings: more than `long_beside_tip` tips long it is parted at
+// A bend: more than that between both ends of an interval.
+constexpr double bend_rad = 0.1;
+// Beside a bend or a tip that closes the last interval of the span must not be much longer than the
+// tip, or the limit surface swings: more than `long_beside_tip` tips long it is parted at
 // `part_beside_tip`.
 constexpr double long_beside_tip = 6.0, part_beside_tip = 2.5;
+
+/// The axes, longest extent of the body first.
+std::vector<Vec3> box_axes(const SurfaceBody& body) {
+    geom::Box3 box;
+    for (const int t : body.triangles)
+        for (const int v : body.mesh->triangles[std::size_t(t)])
+            box.add(body.mesh->points.row(v).transpose());
+    const Vec3 extent = box.max - box.min;
+    std::array<int, 3> order{0, 1, 2};
+    std::sort(order.begin(), order.end(), [&](int a, int b) { return extent[a] > extent[b]; });
+    return {Vec3::Unit(order[0]), Vec3::Unit(order[1]), Vec3::Unit(order[2])};
+}
 
 /// Directions that the span may have: across flat lids first, the largest one before all, then the
 /// axes, longest first.
 std::vector<Vec3> possible_axes(const SurfaceBody& body) {
     const geom::SurfaceMesh& mesh = *body.mesh;
-    geom::Box3 box;
-    for (const int t : body.triangles)
-        for (const int v : mesh.triangles[std::size_t(t)]) box.add(mesh.points.row(v).transpose());
     std::map<int, std::pair<Vec3, double>> faces;  // area vector and area by face
     for (const int t : body.triangles) {
         const auto& c = mesh.triangles[std::size_t(t)];
@@ -59,11 +72,18 @@ std::vector<Vec3> possible_axes(const SurfaceBody& body) {
     std::stable_sort(flat.begin(), flat.end(),
                      [](const auto& a, const auto& b) { return a.first > b.first; });
     for (const auto& [area, sum] : flat) add(sum.normalized());
-    const Vec3 extent = box.max - box.min;
-    std::array<int, 3> order{0, 1, 2};
-    std::sort(order.begin(), order.end(), [&](int a, int b) { return extent[a] > extent[b]; });
-    for (const int k : order) add(Vec3::Unit(k));
+    for (const Vec3& axis : box_axes(body)) add(axis);
     return axes;
+}
+
+const char* name_of(EndKind kind) {
+    switch (kind) {
+        case EndKind::Lid: return "planar";
+        case EndKind::Open: return "open";
+        case EndKind::Rounded: return "rounded";
+        case EndKind::Ridge: return "sharp";
+    }
+    return "";
 }
 
 }  // namespace
@@ -93,6 +113,7 @@ const WingSection* WingFinder::known_near(double height) const {
 bool WingFinder::is_wing() {
     if (!(wing_.span > 0.0)) return refuse("flat");
     SectionCuts cuts;
+    find_lines_around();
     if (!find_tail(cuts)) return false;
     find_nose(cuts);
     return all_are_sections(cuts);
@@ -190,6 +211,7 @@ std::vector<double> WingFinder::stations() const {
     }
     result.push_back(high);
     add_where_bent(result);
+    part_beside_bends(result);
     const auto closes = [](const WingEnd& end) {
         return end.kind == EndKind::Rounded || end.kind == EndKind::Ridge;
     };
@@ -201,9 +223,30 @@ std::vector<double> WingFinder::stations() const {
     return result;
 }
 
+bool WingFinder::spine_bends(double low, double high) const {
+    const Spine& spine = wing_.slicer.spine();
+    return geom::angle_between(spine.direction(low), spine.direction(high)) > bend_rad;
+}
+
+void WingFinder::part_beside_bends(std::vector<double>& heights) const {
+    std::vector<double> parts;
+    for (std::size_t i = 1; i + 2 < heights.size(); ++i) {
+        const double a = heights[i], b = heights[i + 1], step = part_beside_tip * (b - a);
+        if (!spine_bends(a, b)) continue;
+        const double before = heights[i - 1], after = heights[i + 2];
+        if (a - before > long_beside_tip * (b - a) && !spine_bends(before, a))
+            parts.push_back(a - step);
+        if (after - b > long_beside_tip * (b - a) && !spine_bends(b, after))
+            parts.push_back(b + step);
+    }
+    heights.insert(heights.end(), parts.begin(), parts.end());
+    std::sort(heights.begin(), heights.end());
+}
+
 void WingFinder::add_where_bent(std::vector<double>& heights) const {
-    // Of the chord: what a fit of one cubic span takes out of a bent one. Of the span: an interval.
-    constexpr double straight = 0.02, shortest_rel = 0.02;
+    // Of the chord: what a fit of one cubic span takes out of a bent one. Of the span: an interval;
+    // of the chord: one in a bend of the spine.
+    constexpr double straight = 0.02, shortest_rel = 0.02, shortest_chords = 0.15;
     const auto points_of = [](const WingSection& s) {
         return std::array<Vec3, 4>{s.trailing_edge(), s.at(0, 0.5), s.nose(), s.at(1, 0.5)};
     };
@@ -211,16 +254,19 @@ void WingFinder::add_where_bent(std::vector<double>& heights) const {
         const double low = heights[i], span = heights[i + 1] - low;
         const auto a = section_at(low).section, b = section_at(low + span).section;
         bool bent = false;
+        double shortest = shortest_rel * wing_.span;
         // A line may bend to both sides and pass through the middle.
         for (const double share : {0.25, 0.5, 0.75}) {
             const auto m = section_at(low + share * span).section;
+            if (m && spine_bends(low, low + span))
+                shortest = std::min(shortest, shortest_chords * m->chord);
             for (std::size_t k = 0; k < 4 && a && b && m; ++k) {
                 const Vec3 between = (1.0 - share) * points_of(*a)[k] + share * points_of(*b)[k];
                 bent = bent || (between - points_of(*m)[k]).norm() >
                                    straight * m->chord / options_.fineness;
             }
         }
-        if (bent && span > 2.0 * shortest_rel * wing_.span)
+        if (bent && span > 2.0 * shortest)
             heights.insert(heights.begin() + std::ptrdiff_t(i) + 1, low + 0.5 * span);
         else
             ++i;
@@ -238,7 +284,7 @@ bool WingFinder::add_section(double height) {
         }
         double reach = 0.0;
         for (const Vec3& p : end.rim.points)
-            reach = std::max(reach, std::abs(p.dot(wing_.slicer.normal()) - end.extreme));
+            reach = std::max(reach, std::abs(wing_.slicer.spine().height(p) - end.extreme));
         constexpr double clear_of_rim = 1.5;  // times how far a slanting rim reaches inward
         if (reach > flat_rel * wing_.span && std::abs(height - end.extreme) < clear_of_rim * reach)
             return true;
@@ -257,6 +303,7 @@ bool WingFinder::add_section(double height) {
         wing_.nose_on_line.push_back(wing_.sections.back().nose_on_line &&
                                      result.section->nose_on_line);
     wing_.sections.push_back(std::move(*result.section));
+    wing_.heights.push_back(height);
     ++found_;
     return true;
 }
@@ -265,15 +312,38 @@ WingSearch find_wing(const SurfaceBody& body, const geom::ModelSurface& referenc
                      const WingOptions& options, Poll& poll) {
     WingSearch result;
     int most = -1;
-    for (const Vec3& axis : possible_axes(body)) {
-        WingFinder finder(body, reference, options, axis, poll);
-        if ((result.wing = finder.run())) return result;
-        if (finder.sections_found() <= most) continue;
+    const auto try_along = [&](const Vec3& axis, WingFinder finder) {
+        result.wing = finder.run();
+        if (result.wing || finder.sections_found() <= most) return;
         most = finder.sections_found();
         result.why_not = fmt::format("along ({:.2f}, {:.2f}, {:.2f}) {}", axis.x(), axis.y(),
                                      axis.z(), finder.why_not());
+    };
+    // Before straight ones, which may take a winglet for a rounded tip.
+    for (const Vec3& axis : box_axes(body)) {
+        const auto bent = bent_spine(body, reference, axis, poll);
+        if (!bent) continue;
+        try_along(axis, {body, reference, options, bent->spine, poll, bent->tail});
+        if (result.wing) return result;
+    }
+    for (const Vec3& axis : possible_axes(body)) {
+        try_along(axis, {body, reference, options, Spine(axis), poll});
+        if (result.wing) return result;
     }
     return result;
+}
+
+std::string describe(const Wing& wing, const WingOptions& options) {
+    const bool fades = std::any_of(wing.sections.begin(), wing.sections.end(),
+                                   [](const WingSection& s) { return s.faded; });
+    int rings = int(wing.sections.size());
+    for (const WingEnd& end : wing.ends) rings += end.kind == EndKind::Rounded ? 1 : 0;
+    return fmt::format("{}: {} points around x {} rings, {} trailing edge{}{}, ends {} and {}",
+                       wing.blade ? "blade" : "wing",
+                       2 * options.columns - (wing.blunt ? 0 : 1) + (wing.nose_line ? 1 : 0), rings,
+                       wing.blunt ? "blunt" : "sharp", fades ? " that fades" : "",
+                       wing.nose_line ? ", line along the nose" : "", name_of(wing.ends[0].kind),
+                       name_of(wing.ends[1].kind));
 }
 
 }  // namespace patchwright::cage

@@ -52,6 +52,7 @@ struct Wing {
     bool blade = false;  ///< thick sections at an end
     WingLines lines;
     std::vector<WingSection> sections;  ///< in order of height, those at the ends included
+    std::vector<double> heights;        ///< of the sections
     std::vector<char> nose_on_line;     ///< one an interval of sections
 };
 

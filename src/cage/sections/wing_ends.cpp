@@ -22,12 +22,15 @@ constexpr double least_lid = 0.3;
 constexpr double longest_ridge_reach = 3.0;
 // Of the chord, between the ends of a ridge: shorter ones are edges of a blunt trailing edge.
 constexpr double shortest_ridge = 0.5;
-// Of the span from the end: where a section is taken to know how thick the wing is.
-constexpr double beside_tip_rel = 0.1;
+// Where sections are taken to know how large the wing is at an end, inside of a lid or of a tip's
+// rounding: of the chord, as ends may be short winglets, and at most of the span.
+constexpr double beside_lid_chords = 0.1, beside_tip_chords = 0.5, beside_end_rel = 0.1;
 // In thicknesses: a curve around the body this near to the end is where the tip begins.
 constexpr double reach_of_tip = 1.5;
 // In thicknesses: farther from the end no tip begins.
 constexpr double farthest_ring = 4.0;
+// In thicknesses: tips rise by less, with dihedral and twist, winglets and fins by more.
+constexpr double highest_tip = 4.0;
 // Of the chord: shorter curves in a section's plane are flaws, not lines around the body.
 constexpr double shortest_line_around = 0.3;
 // Of the span: shorter sharp lines are flaws that no line of the cage is made for.
@@ -50,34 +53,43 @@ bool WingFinder::classify(WingEnd& end) {
     const auto at_end = [&](int v) {
         return std::abs(wing_.slicer.height(v) - end.extreme) < flat_rel * wing_.span;
     };
+    const Vec3 direction = wing_.slicer.spine().direction(end.extreme);
     double lid = 0.0;
     for (const int t : wing_.slicer.body().triangles) {
         const auto& c = mesh.triangles[std::size_t(t)];
         if (!at_end(c[0]) || !at_end(c[1]) || !at_end(c[2])) continue;
         const Vec3 a = mesh.points.row(c[0]), b = mesh.points.row(c[1]), d = mesh.points.row(c[2]);
-        lid += 0.5 * std::abs((b - a).cross(d - a).dot(wing_.slicer.normal()));
+        lid += 0.5 * std::abs((b - a).cross(d - a).dot(direction));
     }
     end.ring = end.extreme - end.outward * inside_rel * wing_.span;
-    const WingSection* near = known_near(end.extreme);
-    if (lid > least_lid * near->chord * near->thickness) {
+    const SectionResult beside =
+        section_beside(end, beside_lid_chords * known_near(end.extreme)->chord);
+    if (!beside.section) return refuse(fmt::format("the section beside an end has {}", beside.why));
+    const SectionResult near = section_beside(end, beside_tip_chords * beside.section->chord);
+    if (!near.section) return refuse(fmt::format("the section near an end has {}", near.why));
+    if (lid > least_lid * beside.section->chord * beside.section->thickness) {
         end.kind = EndKind::Lid;
         return true;
     }
     for (SectionLoop& rim : rims(wing_.slicer.body())) {
         for (const Vec3& p : rim.points)
-            if (std::abs(p.dot(wing_.slicer.normal()) - end.extreme) < flat_rel * wing_.span)
+            if (std::abs(wing_.slicer.spine().height(p) - end.extreme) < flat_rel * wing_.span)
                 end.kind = EndKind::Open;
         if (end.kind != EndKind::Open) continue;
         end.rim = std::move(rim);
         if (end.outward > 0.0) end.rim.reverse();
         return true;
     }
-    find_ridge(end, *near);
+    find_ridge(end, *near.section);
     if (end.kind == EndKind::Ridge) {  // near the nose it is the nose's line
         wing_.nose_line = true;
         wing_.lines.nose.insert(end.ridge);
     }
-    return place_ring(end);
+    return place_ring(end, *near.section);
+}
+
+SectionResult WingFinder::section_beside(const WingEnd& end, double inward) const {
+    return section_at(end.extreme - end.outward * std::min(beside_end_rel * wing_.span, inward));
 }
 
 void WingFinder::find_ridge(WingEnd& end, const WingSection& near) const {
@@ -92,7 +104,7 @@ void WingFinder::find_ridge(WingEnd& end, const WingSection& near) const {
         poll_();
         for (int k = 0; k <= 2 * samples; ++k) {
             const Vec3 p = reference_.point_on_curve(i, curve.length * k / (2.0 * samples)).point;
-            const double way = std::abs(end.extreme - p.dot(wing_.slicer.normal()));
+            const double way = std::abs(end.extreme - wing_.slicer.spine().height(p));
             nearest = std::min(nearest, way);
             farthest = std::max(farthest, way);
         }
@@ -116,16 +128,11 @@ void WingFinder::find_ridge(WingEnd& end, const WingSection& near) const {
     }
 }
 
-bool WingFinder::place_ring(WingEnd& end) {
-    const double outer = end.extreme - end.outward * beside_tip_rel * wing_.span;
-    const auto whole = section_at(outer);
-    if (!whole.section)
-        return refuse(fmt::format("the section {} has {}", percent(outer), whole.why));
+bool WingFinder::place_ring(WingEnd& end, const WingSection& near) {
     // Where a line of the model runs around the body near the end, the tip starts there.
     const bool ridge = end.kind == EndKind::Ridge;
     const TipSearch& tip = ridge ? sharp_tip : rounded_tip;
-    const double thickness = whole.section->thickness,
-                 reach = ridge ? 0.0 : reach_of_tip * thickness;
+    const double thickness = near.thickness, reach = ridge ? 0.0 : reach_of_tip * thickness;
     std::optional<double> best;
     for (const double height : lines_around())
         if (std::abs(end.extreme - height) < reach && std::abs(end.extreme - height) > 0.0)
@@ -138,8 +145,29 @@ bool WingFinder::place_ring(WingEnd& end) {
             best = height;
     }
     if (!best) return refuse("no section is found where its tip begins");
-    end.ring = *best;
+    // Beside a tip whose borders meet in the trailing edge's end, it ends where the tip starts.
+    for (const int curve : wing_.lines.tail) {
+        const auto [low, high] = range_of(curve);
+        const double tail_end = end.outward > 0.0 ? high : low;
+        if (wing_.blunt || std::abs(tail_end - *best) > reach_of_tip * thickness) continue;
+        best = end.outward * std::min(end.outward * *best, end.outward * tail_end);
+    }
+    end.ring = *best - end.outward * inside_rel * wing_.span;
+    if (!is_tip(end, near)) return refuse("its tip goes to a side");
     return true;
+}
+
+bool WingFinder::is_tip(const WingEnd& end, const WingSection& section) const {
+    const geom::SurfaceMesh& mesh = *wing_.slicer.body().mesh;
+    const Vec3 chord = section.trailing_edge() - section.nose();
+    const Vec3 up = chord.cross(wing_.slicer.spine().direction(end.extreme)).normalized();
+    return std::none_of(wing_.slicer.body().triangles.begin(), wing_.slicer.body().triangles.end(),
+                        [&](int t) {
+                            const int v = mesh.triangles[std::size_t(t)][0];
+                            const Vec3 way = Vec3(mesh.points.row(v)) - section.center;
+                            return (wing_.slicer.height(v) - end.ring) * end.outward > 0.0 &&
+                                   std::abs(way.dot(up)) > highest_tip * section.thickness;
+                        });
 }
 
 bool WingFinder::on_body(int curve) const {
@@ -169,12 +197,32 @@ std::pair<double, double> WingFinder::range_of(int curve) const {
     poll_();
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (int k = 0; k <= samples; ++k) {
-        const double height = reference_.point_on_curve(curve, length * k / double(samples))
-                                  .point.dot(wing_.slicer.normal());
+        const double height = wing_.slicer.spine().height(
+            reference_.point_on_curve(curve, length * k / double(samples)).point);
         low = std::min(low, height);
         high = std::max(high, height);
     }
     return {low, high};
+}
+
+bool WingFinder::at_an_end(std::pair<double, double> range) const {
+    return std::any_of(wing_.ends.begin(), wing_.ends.end(), [&](const WingEnd& end) {
+        return std::max(std::abs(range.first - end.extreme), std::abs(range.second - end.extreme)) <
+               at_end_rel * wing_.span;
+    });
+}
+
+void WingFinder::find_lines_around() {
+    const auto& curves = reference_.features().curves;
+    for (int i = 0; i < int(curves.size()); ++i) {
+        const geom::FeatureCurve& curve = curves[std::size_t(i)];
+        if (curve.kind != geom::FeatureKind::Sharp ||
+            curve.length < shortest_sharp_rel * wing_.span || !on_body(i))
+            continue;
+        const auto range = range_of(i);
+        if (range.second - range.first < in_plane_rel * wing_.span && !at_an_end(range))
+            wing_.lines.around.insert(i);
+    }
 }
 
 bool WingFinder::all_lines_known() {
@@ -186,11 +234,10 @@ bool WingFinder::all_lines_known() {
             !on_body(i))
             continue;
         const auto [low, high] = range_of(i);
-        bool known = high - low > in_plane_rel * wing_.span;  // crossed by sections, or a tip's
-        for (const WingEnd& end : wing_.ends)
-            known = known || end.ridge == i ||
-                    std::max(std::abs(low - end.extreme), std::abs(high - end.extreme)) <
-                        at_end_rel * wing_.span;
+        // Sections cross the others, or they are a tip's.
+        bool known = high - low > in_plane_rel * wing_.span || wing_.lines.around.contains(i) ||
+                     at_an_end({low, high});
+        for (const WingEnd& end : wing_.ends) known = known || end.ridge == i;
         if (!known)
             return refuse(fmt::format("a sharp line runs across {}", percent(0.5 * (low + high))));
     }
@@ -212,8 +259,8 @@ void WingFinder::find_span_of_lines() {
             const geom::FeatureCurve& c = reference_.features().curves[std::size_t(curve)];
             for (const int corner : {c.start_corner, c.end_corner}) {
                 if (corner < 0) continue;
-                const double height = reference_.features().corners[std::size_t(corner)].point.dot(
-                    wing_.slicer.normal());
+                const double height = wing_.slicer.spine().height(
+                    reference_.features().corners[std::size_t(corner)].point);
                 if (height > low && height < high) line_ends_.push_back(height);
             }
         }

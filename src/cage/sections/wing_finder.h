@@ -21,12 +21,14 @@ inline constexpr double distinct_rel = 5e-3;  ///< rings nearer to each other ar
 
 class WingFinder {
   public:
+    /// @param known_tail  curves of the trailing edge, among others that are looked for
     WingFinder(const SurfaceBody& body, const geom::ModelSurface& reference,
-               const WingOptions& options, const geom::Vec3& axis, Poll& poll)
+               const WingOptions& options, Spine spine, Poll& poll, std::set<int> known_tail = {})
         : reference_(reference),
           options_(options),
           poll_(poll),
-          wing_{.slicer = Slicer(body, axis)} {
+          wing_{.slicer = Slicer(body, std::move(spine))} {
+        wing_.lines.tail = std::move(known_tail);
         wing_.span = wing_.slicer.high() - wing_.slicer.low();
         wing_.ends[0].extreme = wing_.slicer.low();
         wing_.ends[1].extreme = wing_.slicer.high();
@@ -61,6 +63,8 @@ class WingFinder {
     }
 
     bool is_wing();
+    /// Finds sharp curves that run around the body between its ends, as at a bend.
+    void find_lines_around();
     /// Finds the curves of the trailing edge on most sections.
     bool find_tail(SectionCuts& cuts);
     /// Finds curves along the nose; a few sections with one are a flaw of the model.
@@ -69,14 +73,19 @@ class WingFinder {
     bool all_are_sections(const SectionCuts& cuts);
 
     bool classify(WingEnd& end);
+    /// The section that far inside of an end, or nearer where the span is short.
+    [[nodiscard]] SectionResult section_beside(const WingEnd& end, double inward) const;
 
     /// A sharp curve from the end of the trailing edge round the outermost points to the nose.
     void find_ridge(WingEnd& end, const WingSection& near) const;
 
     /// Of ends that close themselves: where the tip starts.
-    bool place_ring(WingEnd& end);
+    bool place_ring(WingEnd& end, const WingSection& near);
+    /// Whether what lies beyond a section goes on along the span, not to a side as winglets do.
+    [[nodiscard]] bool is_tip(const WingEnd& end, const WingSection& section) const;
 
     [[nodiscard]] bool on_body(int curve) const;
+    [[nodiscard]] bool at_an_end(std::pair<double, double> range) const;
 
     /// Heights at which feature curves of any kind run around the body.
     [[nodiscard]] std::vector<double> lines_around() const;
@@ -95,6 +104,11 @@ class WingFinder {
 
     /// Halves intervals whose middle section is off the line between both ends' sections.
     void add_where_bent(std::vector<double>& heights) const;
+
+    [[nodiscard]] bool spine_bends(double low, double high) const;
+
+    /// Parts intervals beside short ones in which the span bends.
+    void part_beside_bends(std::vector<double>& heights) const;
 
     /// The end whose rim is the section at this height; nothing where the rim is in the way.
     bool add_section(double height);

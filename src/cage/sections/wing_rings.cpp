@@ -1,10 +1,11 @@
 #include "cage/sections/wing.h"
-
-#include <fmt/format.h>
+#include "cage/sections/wing_columns.h"
+#include "geom/angle.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace patchwright::cage {
 
@@ -12,20 +13,19 @@ using geom::Vec3;
 
 namespace {
 
-// Where the points of a section are from the nose to the trailing edge, as shares of a side's
-// length: denser towards the nose, as the curvature of usual sections is.
-constexpr std::array<double, 7> usual_shares{1.0, 0.825, 0.565, 0.385, 0.21, 0.105, 0.035};
-// How far from the nose the points next to it lie, in nose radii: where a section has turned by
-// about 50 degrees. As shares of a side's length, which bound it: sharper noses would get quads too
-// narrow, blunter ones leave the next point of usual_shares.
-constexpr double beside_nose_radii = 0.9, nearest_to_nose = 0.003, farthest_from_nose = 0.02;
 // Of the span: points farther from a feature than this are not put onto it.
 constexpr double onto_feature_rel = 0.01;
+// Of the span: rings nearer to a sharp curve around the body run along it.
+constexpr double around_rel = 5e-3;
+// At corners of the trailing edge: what smooth skin bears, 20 degrees.
+constexpr double widest_past_half_turn_rad = 0.35;
 // Half of the share of a side between two points that tell its direction.
 constexpr double direction_share = 0.01;
 // A ring that a rounded tip gets beyond the last section: how far it goes from there to the end of
 // the body, and how wide it is in widths of that section.
 constexpr double tip_rise = 0.8, tip_width = 0.6;
+// Of the tip's length: ends of trailing edges nearer than this to the last section are at it.
+constexpr double same_point_share = 0.1;
 // At the trailing edge and the nose the way to the end starts this far from them, as a share of the
 // way to the next column.
 constexpr double inward_share = 0.2;
@@ -38,11 +38,17 @@ class WingRings {
   public:
     WingRings(const Wing& wing, const geom::ModelSurface& reference, const WingOptions& options,
               Poll& poll)
-        : wing_(wing), reference_(reference), columns_(options.columns), poll_(poll) {}
+        : wing_(wing),
+          reference_(reference),
+          columns_(options.columns),
+          poll_(poll),
+          shares_(column_shares(wing.sections, options.columns)) {}
 
     Blocks run() {
-        share_columns();
-        for (std::size_t i = 0; i < wing_.sections.size(); ++i) add_ring(wing_.sections[i]);
+        for (std::size_t i = 0; i < wing_.sections.size(); ++i) {
+            add_ring(wing_.sections[i]);
+            on_line_.push_back(lies_on_line(wing_.heights[i]));
+        }
         for (const WingEnd& end : wing_.ends) finish_end(end);
         connect();
         return std::move(blocks_);
@@ -53,26 +59,6 @@ class WingRings {
     }
 
   private:
-    /// The same shares of the sides' lengths in all rings: dense at the nose; where no line runs
-    /// on it, its points lie where the section has turned by about 50 degrees.
-    void share_columns() {
-        std::vector<double> radii;
-        for (const WingSection& s : wing_.sections)
-            radii.push_back(s.nose_radius / (0.5 * (s.length(0) + s.length(1))));
-        std::nth_element(radii.begin(), radii.begin() + std::ptrdiff_t(radii.size() / 2),
-                         radii.end());
-        const double nose = std::clamp(beside_nose_radii * radii[radii.size() / 2], nearest_to_nose,
-                                       farthest_from_nose);
-        const auto& usual = usual_shares;
-        const int inner = columns_ - 1;
-        for (int j = 0; j < inner; ++j) {
-            const double x = double(j) / (inner - 1) * (usual.size() - 1);
-            const auto i = std::min(std::size_t(x), usual.size() - 2);
-            shares_.push_back(1.0 - (usual[i] + (x - double(i)) * (usual[i + 1] - usual[i])));
-        }
-        shares_.push_back(1.0 - nose);
-    }
-
     [[nodiscard]] bool on_nose(int j) const { return wing_.nose_line && j == columns_; }
     /// Side and number of the column of a ring's point.
     [[nodiscard]] std::pair<int, int> column(int j) const {
@@ -102,6 +88,8 @@ class WingRings {
     }
 
     void add_ring(const WingSection& section) {
+        const Spine& spine = wing_.slicer.spine();
+        const Vec3 span = spine.direction(spine.height(section.center));
         for (int j = 0; j < ring_size(); ++j) {
             poll_();
             if (on_nose(j)) {
@@ -120,9 +108,31 @@ class WingRings {
             const Vec3 along = (section.at(side, share + direction_share) -
                                 section.at(side, share - direction_share)) *
                                (side == 0 ? 1.0 : -1.0);
-            const Vec3 outward = along.cross(wing_.slicer.normal()).normalized();
+            const Vec3 outward = along.cross(span).normalized();
             blocks_.points.push_back(reference_.foot_point(p, outward).point);
         }
+    }
+
+    /// Whether a sharp curve runs along the last ring: the ring's points near it are put onto it.
+    bool lies_on_line(double height) {
+        const int first = int(blocks_.points.size()) - ring_size();
+        bool found = false;
+        for (const int curve : wing_.lines.around) {
+            const geom::FeatureCurve& line = reference_.features().curves[std::size_t(curve)];
+            const double at = wing_.slicer.spine().height(line.start);
+            if (std::abs(at - height) > around_rel * wing_.span) continue;
+            found = true;
+            for (int j = 0; j < ring_size(); ++j) {
+                poll_();
+                Vec3& p = blocks_.points[std::size_t(first + j)];
+                const auto foot = reference_.nearest_on_curve(curve, p);
+                const bool past_end =
+                    !line.closed && (foot.arc_length <= 0.0 || foot.arc_length >= line.length);
+                if (!past_end && !is_tail(j) && foot.distance < onto_feature_rel * wing_.span)
+                    p = foot.point;
+            }
+        }
+        return found;
     }
 
     [[nodiscard]] int ring_count() const { return int(blocks_.points.size()) / ring_size(); }
@@ -178,11 +188,24 @@ class WingRings {
 
     /// A ring beyond a section: where the tip has turned half of its way to the end.
     void add_tip_ring(const WingEnd& end, int ring) {
-        const Vec3 direction = end.outward * wing_.slicer.normal();
+        const Vec3 direction = end.outward * wing_.slicer.spine().direction(end.extreme);
         std::vector<Vec3> tip;
         for (int j = 0; j < ring_size(); ++j) tip.push_back(towards_tip(end, ring, j, direction));
+        if (!wing_.blunt) step_back_from_end_of_tail(end, ring, tip.front());
         const auto where = end.outward < 0.0 ? blocks_.points.begin() : blocks_.points.end();
         blocks_.points.insert(where, tip.begin(), tip.end());
+    }
+
+    /// Where a sharp trailing edge ends at the section already, that is the tip's point on it, and
+    /// the section's steps back along the edge.
+    void step_back_from_end_of_tail(const WingEnd& end, int ring, const Vec3& tail_end) {
+        const double tip = std::abs(end.extreme - end.ring);
+        const Vec3 own = ring_point(ring, 0);
+        if ((own - tail_end).norm() > same_point_share * tip) return;
+        const Vec3 inward = ring_point(end.outward < 0.0 ? ring + 1 : ring - 1, 0) - own;
+        const double step = std::min(tip, 0.5 * inward.norm());
+        blocks_.points[std::size_t(ring * ring_size())] =
+            on_feature(own + step * inward.normalized(), geom::FeatureKind::Sharp);
     }
 
     [[nodiscard]] Vec3 ring_point(int ring, int j) const {
@@ -252,7 +275,14 @@ class WingRings {
                 wing_.nose_on_line[std::size_t(interval)] != 0)
                 blocks_.creases.emplace_back(id(i, columns_), id(i + 1, columns_));
         }
-        hold_ends_of_creases(1, rings - 1);
+        for (int i = 1; i + 1 < rings; ++i) {
+            const int section = i - first_section;
+            const bool on_line = section >= 0 && section < int(on_line_.size()) &&
+                                 on_line_[std::size_t(section)] != 0;
+            // Where the curve is not sharp the model mostly has a slighter bend.
+            if (on_line || tail_turns_back(i)) crease_ring(i);
+        }
+        hold_ends_of_creases();
         for (const WingEnd& end : wing_.ends) {
             if (end.kind == EndKind::Open) continue;
             const int ring = end.outward < 0.0 ? 0 : rings - 1;
@@ -261,8 +291,8 @@ class WingRings {
     }
 
     /// Lines that begin or end within the skin do so in corners, and pass through the model's: a
-    /// fit keeps those in their places.
-    void hold_ends_of_creases(int first_ring, int last_ring) {
+    /// fit keeps those in their places. So it does where a line ends at a tip.
+    void hold_ends_of_creases() {
         constexpr double same_rel = 1e-4;
         const auto is_corner = [&](int v) {
             const auto corner =
@@ -274,9 +304,33 @@ class WingRings {
             ++edges[std::size_t(a)];
             ++edges[std::size_t(b)];
         }
-        for (int v = first_ring * ring_size(); v < last_ring * ring_size(); ++v)
-            if (edges[std::size_t(v)] == 1 || (edges[std::size_t(v)] == 2 && is_corner(v)))
+        const int n = ring_size(), last = ring_count() - 1;
+        for (int v = 0; v < n * ring_count(); ++v) {
+            const int ring = v / n;
+            const bool at_end = ring == 0 || ring == last;
+            const EndKind kind = wing_.ends[ring == 0 ? 0 : 1].kind;
+            if (at_end && kind != EndKind::Rounded) continue;
+            const int count = edges[std::size_t(v)];
+            if ((count == 1 && (!at_end || is_corner(v))) ||
+                (count == 2 && !at_end && is_corner(v)))
                 blocks_.corners.push_back(v);
+        }
+    }
+
+    /// Whether the skin spans clearly more than a half turn at a corner of the trailing edge, which
+    /// no smooth limit surface does: between the root and both sides of a swept wing.
+    [[nodiscard]] bool tail_turns_back(int ring) const {
+        const Vec3 at = ring_point(ring, 0);
+        const Vec3 forward = ring_point(ring, 1) - at;
+        return geom::angle_between(ring_point(ring - 1, 0) - at, forward) +
+                   geom::angle_between(forward, ring_point(ring + 1, 0) - at) >
+               std::numbers::pi + widest_past_half_turn_rad;
+    }
+
+    void crease_ring(int ring) {
+        const int n = ring_size();
+        for (int j = 0; j < n; ++j)
+            blocks_.creases.emplace_back(ring * n + j, ring * n + (j + 1) % n);
     }
 
     void add_end_face(const WingEnd& end, std::vector<int> corners) {
@@ -327,37 +381,15 @@ class WingRings {
     int columns_;
     Poll& poll_;
     std::vector<double> shares_;
+    std::vector<char> on_line_;  ///< one a section: a sharp curve runs along it
     Blocks blocks_;
 };
-
-const char* name_of(EndKind kind) {
-    switch (kind) {
-        case EndKind::Lid: return "planar";
-        case EndKind::Open: return "open";
-        case EndKind::Rounded: return "rounded";
-        case EndKind::Ridge: return "sharp";
-    }
-    return "";
-}
 
 }  // namespace
 
 Blocks wing_blocks(const Wing& wing, const geom::ModelSurface& reference,
                    const WingOptions& options, Poll& poll) {
     return WingRings(wing, reference, options, poll).run();
-}
-
-std::string describe(const Wing& wing, const WingOptions& options) {
-    const bool fades = std::any_of(wing.sections.begin(), wing.sections.end(),
-                                   [](const WingSection& s) { return s.faded; });
-    int rings = int(wing.sections.size());
-    for (const WingEnd& end : wing.ends) rings += end.kind == EndKind::Rounded ? 1 : 0;
-    return fmt::format("{}: {} points around x {} rings, {} trailing edge{}{}, ends {} and {}",
-                       wing.blade ? "blade" : "wing",
-                       2 * options.columns - (wing.blunt ? 0 : 1) + (wing.nose_line ? 1 : 0), rings,
-                       wing.blunt ? "blunt" : "sharp", fades ? " that fades" : "",
-                       wing.nose_line ? ", line along the nose" : "", name_of(wing.ends[0].kind),
-                       name_of(wing.ends[1].kind));
 }
 
 }  // namespace patchwright::cage

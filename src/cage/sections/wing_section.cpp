@@ -262,7 +262,7 @@ SectionResult wing_section(const std::vector<SectionLoop>& loops, const WingLine
         if ((around[i] - end).norm() > (around[nose] - end).norm()) nose = i;
     section.chord = (around[nose] - end).norm();
     for (const Crossing& c : crossings) {
-        if (lines.tail.contains(c.curve)) continue;
+        if (lines.tail.contains(c.curve) || lines.around.contains(c.curve)) continue;
         const Vec3& p = loop.points[std::size_t(c.point)];
         // At the end of a trailing edge there may be a line across it.
         if ((p - end).norm() < across_tail * section.chord + (around.front() - end).norm())

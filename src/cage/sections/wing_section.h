@@ -14,8 +14,9 @@ namespace patchwright::cage {
 
 /// Curves of the model that run along a wing, by their numbers.
 struct WingLines {
-    std::set<int> tail;  ///< sharp; both edges of a blunt trailing edge
-    std::set<int> nose;  ///< sharp at least in parts
+    std::set<int> tail;    ///< sharp; both edges of a blunt trailing edge
+    std::set<int> nose;    ///< sharp at least in parts
+    std::set<int> around;  ///< sharp, in the plane of a section
 };
 
 /// A section between its trailing edge and its nose. Sides run from the trailing edge to the nose
