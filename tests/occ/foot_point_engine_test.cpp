@@ -3,11 +3,15 @@
 #include "occ/near_points.h"
 #include "occ/odd_shapes.h"
 #include "occ/shapes.h"
+#include "support/cages.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
 #include <patchwright/geom/nearest.h>
+#include <patchwright/occ/assemble.h>
+#include <patchwright/patch/extract.h>
 
+#include <ShapeFix_ShapeTolerance.hxx>
 #include <catch2/catch.hpp>
 
 using namespace patchwright;
@@ -35,6 +39,23 @@ TEST_CASE("queries from several threads give the answers of one", "[occ]") {
         CHECK(one.point == parallel[i].point);
         CHECK(one.face == parallel[i].face);
     }
+}
+
+TEST_CASE("triangles stay near the faces beside edges of large tolerance", "[occ][oracle]") {
+    const auto patches = patch::extract(test::cube(100.0)).patches;
+    const CadReference sound = reference_of(occ::assemble(patches).impl().shape);
+    const TopoDS_Shape loose = occ::assemble(patches).impl().shape;
+    for (const TopAbs_ShapeEnum kind : {TopAbs_EDGE, TopAbs_VERTEX})
+        ShapeFix_ShapeTolerance().SetTolerance(loose, 20.0, kind);
+    const CadReference reference = reference_of(loose);
+    const auto farthest = [](const CadReference& of) {
+        double error = 0.0;
+        for (const auto& t : of.search_model().mesh.triangles) error = std::max(error, t.error);
+        return error;
+    };
+    CHECK(farthest(reference) < 10.0 * farthest(sound));
+    for (const Vec3& q : near_points(sound, 10.0, 500, 7))
+        CHECK(reference.foot_point(q).distance == Approx(sound.foot_point(q).distance));
 }
 
 TEST_CASE("a batch and a warm start give the answers of single queries, bit for bit", "[occ]") {

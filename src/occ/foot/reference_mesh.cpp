@@ -1,5 +1,6 @@
 #include "occ/foot/reference_mesh.h"
 
+#include "occ/foot/divide_triangles.h"
 #include "occ/kernel_progress.h"
 
 #include <patchwright/base/error.h>
@@ -11,6 +12,7 @@
 #include <BRepMesh_IncrementalMesh.hxx>
 #include <BRepTools.hxx>
 #include <BRep_Tool.hxx>
+#include <Geom2d_Curve.hxx>
 #include <Geom_Curve.hxx>
 #include <IMeshTools_Parameters.hxx>
 #include <Poly_PolygonOnTriangulation.hxx>
@@ -61,17 +63,18 @@ double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
 
 using SideMap = std::map<std::pair<int, int>, std::size_t>;
 
-// Largest distance between a piece of boundary curve and what the surface makes of its chord in (u,
-// v).
-double sickle_width(const FaceSurface& surface, const Vec2& a, const Vec2& b,
-                    const Handle(Geom_Curve) & curve, double t0, double t1) {
+// Largest distance between a piece of boundary curve, as points by parameter, and what the surface
+// makes of its chord in (u, v).
+template <class Curve>
+double sickle_width(const FaceSurface& surface, const Vec2& a, const Vec2& b, const Curve& curve,
+                    double t0, double t1) {
     constexpr int pieces = 16;
     std::array<Vec3, pieces + 1> on_chord;
     for (int i = 0; i <= pieces; ++i)
         on_chord[std::size_t(i)] = surface.at(a + (b - a) * i / pieces);
     double width = 0.0;
     for (const double s : {0.0, 0.2, 0.4, 0.6, 0.8, 1.0}) {
-        const Vec3 p = vec(curve->Value(t0 + s * (t1 - t0)));
+        const Vec3 p = curve(t0 + s * (t1 - t0));
         double nearest = std::numeric_limits<double>::infinity();
         for (std::size_t i = 0; i < pieces; ++i)
             nearest = std::min(nearest, distance_to_segment(p, on_chord[i], on_chord[i + 1]));
@@ -81,12 +84,14 @@ double sickle_width(const FaceSurface& surface, const Vec2& a, const Vec2& b,
 }
 
 // Between a face's boundary and the chords that stand for it in (u, v) lie sickles that no triangle
-// covers, or that triangles cover though they are not part of the face.
+// covers, or that triangles cover though they are not part of the face. An edge farther off the
+// face than the triangulation is no end of it: that is where the face's trim says.
 void add_boundary_errors(const TopoDS_Face& face, const FaceSurface& surface,
                          const Handle(Poly_Triangulation) & mesh, const TopLoc_Location& location,
-                         const SideMap& sides, std::size_t first, double off_face,
+                         const SideMap& sides, std::size_t first, double deflection,
                          ReferenceMesh& into) {
     std::vector<MeshTriangle>& triangles = into.triangles;
+    const double off_face = std::max(off_face_rel * deflection, 2.0 * Precision::Confusion());
     double widest = 0.0;
     for (TopExp_Explorer it(face, TopAbs_EDGE); it.More(); it.Next()) {
         const TopoDS_Edge& edge = TopoDS::Edge(it.Current());
@@ -99,14 +104,22 @@ void add_boundary_errors(const TopoDS_Face& face, const FaceSurface& surface,
             into.covers_edges = false;
             continue;
         }
+        double s0 = 0.0, s1 = 0.0;
+        const Handle(Geom2d_Curve) trim = BRep_Tool::CurveOnSurface(edge, face, s0, s1);
+        const bool apart = !trim.IsNull() && BRep_Tool::Tolerance(edge) > deflection;
+        if (apart) into.covers_edges = false;
+        const auto on_edge = [&](double t) { return vec(curve->Value(t)); };
+        const auto on_trim = [&](double t) {
+            return surface.at(vec(trim->Value(s0 + (t - t0) / (t1 - t0) * (s1 - s0))));
+        };
         const auto& nodes = polygon->Nodes();
         const auto& at = polygon->Parameters()->Array1();
         for (int i = nodes.Lower(); i < nodes.Upper(); ++i) {
             const int k = at.Lower() + i - nodes.Lower();
-            const double width =
-                safety * sickle_width(surface, vec(mesh->UVNode(nodes(i))),
-                                      vec(mesh->UVNode(nodes(i + 1))), curve, at(k), at(k + 1));
+            const Vec2 a = vec(mesh->UVNode(nodes(i))), b = vec(mesh->UVNode(nodes(i + 1)));
+            double width = safety * sickle_width(surface, a, b, on_edge, at(k), at(k + 1));
             widest = std::max(widest, width);
+            if (apart) width = safety * sickle_width(surface, a, b, on_trim, at(k), at(k + 1));
             const auto side = sides.find(std::minmax(nodes(i), nodes(i + 1)));
             if (side == sides.end()) {
                 into.covers_edges = false;
@@ -123,7 +136,7 @@ void add_boundary_errors(const TopoDS_Face& face, const FaceSurface& surface,
 
 void append_kernel_mesh(const TopoDS_Face& face, const FaceSurface& surface, int number,
                         const Handle(Poly_Triangulation) & mesh, const TopLoc_Location& location,
-                        double off_face, ReferenceMesh& into) {
+                        double deflection, ReferenceMesh& into) {
     std::vector<MeshTriangle>& triangles = into.triangles;
     SideMap sides;
     const std::size_t first = triangles.size();
@@ -142,7 +155,7 @@ void append_kernel_mesh(const TopoDS_Face& face, const FaceSurface& surface, int
         triangles.push_back(triangle);
     }
     into.nodes += mesh->NbNodes();
-    add_boundary_errors(face, surface, mesh, location, sides, first, off_face, into);
+    add_boundary_errors(face, surface, mesh, location, sides, first, deflection, into);
 }
 
 // Covers the rectangle around a face the kernel could not triangulate; what lies outside the trim
@@ -298,14 +311,14 @@ ReferenceMesh triangulate(const SearchableShape& model, const std::vector<FaceSu
     const BRepMesh_IncrementalMesh mesher(model.shape, parameters, polled->Start());
     polled->check();
     ReferenceMesh mesh;
-    const double off_face = std::max(off_face_rel * deflection, 2.0 * Precision::Confusion());
     for (std::size_t i = 0; i < model.faces.size(); ++i) {
         mesh.first.push_back(mesh.triangles.size());
         if (surfaces[i].unbounded()) continue;
         TopLoc_Location location;
         const Handle(Poly_Triangulation) made = BRep_Tool::Triangulation(model.faces[i], location);
         if (!made.IsNull() && made->NbTriangles() > 0 && made->HasUVNodes()) {
-            append_kernel_mesh(model.faces[i], surfaces[i], int(i), made, location, off_face, mesh);
+            append_kernel_mesh(model.faces[i], surfaces[i], int(i), made, location, deflection,
+                               mesh);
         } else {
             append_grid(surfaces[i], int(i), mesh);
             ++mesh.faces_without;
@@ -313,6 +326,7 @@ ReferenceMesh triangulate(const SearchableShape& model, const std::vector<FaceSu
     }
     mesh.first.push_back(mesh.triangles.size());
     BRepTools::Clean(model.shape);
+    divide_coarse_triangles(mesh, surfaces, deflection);
 
     geom::Box3 bounds;
     for (const MeshTriangle& t : mesh.triangles)
