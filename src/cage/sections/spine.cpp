@@ -45,6 +45,11 @@ double Spine::height(const Vec3& p) const {
     return heights_[i] + share * (heights_[j] - heights_[i]);
 }
 
+std::vector<double> Spine::inner_heights() const {
+    if (heights_.size() < 3) return {};
+    return {heights_.begin() + 1, heights_.end() - 1};
+}
+
 Spine::Between Spine::between(double height) const {
     const auto next = std::upper_bound(heights_.begin(), heights_.end(), height);
     if (next == heights_.begin()) return {0, 0, 0.0};

@@ -26,6 +26,8 @@ class Spine {
     [[nodiscard]] geom::Vec3 direction(double height) const;
     /// Positive above the section's plane; linear in `p`, and 0 on the plane.
     [[nodiscard]] double offset(const geom::Vec3& p, double height) const;
+    /// Of the planes between the first and the last one.
+    [[nodiscard]] std::vector<double> inner_heights() const;
     /// From the first plane's height to the last one's.
     [[nodiscard]] double length() const { return heights_.back() - heights_.front(); }
 

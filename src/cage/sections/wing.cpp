@@ -192,8 +192,10 @@ bool WingFinder::all_are_sections(const SectionCuts& cuts) {
 
 std::vector<double> WingFinder::stations() const {
     const double low = wing_.ends[0].ring, high = wing_.ends[1].ring;
-    std::vector<double> inner = line_ends_;
-    for (const double h : lines_around())
+    std::vector<double> inner = line_ends_, others = lines_around();
+    const std::vector<double> planes = wing_.slicer.spine().inner_heights();
+    others.insert(others.end(), planes.begin(), planes.end());
+    for (const double h : others)
         if (std::none_of(line_ends_.begin(), line_ends_.end(),
                          [&](double end) { return std::abs(h - end) < distinct_rel * wing_.span; }))
             inner.push_back(h);

@@ -290,15 +290,17 @@ class WingRings {
         }
     }
 
+    /// Whether a corner of the model is at a point.
+    [[nodiscard]] bool is_corner(int v) const {
+        constexpr double same_rel = 1e-4;
+        const auto corner =
+            reference_.feature_point(blocks_.points[std::size_t(v)], geom::FeatureKind::Corner);
+        return corner && corner->distance < same_rel * wing_.span;
+    }
+
     /// Lines that begin or end within the skin do so in corners, and pass through the model's: a
     /// fit keeps those in their places. So it does where a line ends at a tip.
     void hold_ends_of_creases() {
-        constexpr double same_rel = 1e-4;
-        const auto is_corner = [&](int v) {
-            const auto corner =
-                reference_.feature_point(blocks_.points[std::size_t(v)], geom::FeatureKind::Corner);
-            return corner && corner->distance < same_rel * wing_.span;
-        };
         std::vector<int> edges(blocks_.points.size(), 0);
         for (const auto& [a, b] : blocks_.creases) {
             ++edges[std::size_t(a)];
@@ -322,9 +324,10 @@ class WingRings {
     [[nodiscard]] bool tail_turns_back(int ring) const {
         const Vec3 at = ring_point(ring, 0);
         const Vec3 forward = ring_point(ring, 1) - at;
-        return geom::angle_between(ring_point(ring - 1, 0) - at, forward) +
-                   geom::angle_between(forward, ring_point(ring + 1, 0) - at) >
-               std::numbers::pi + widest_past_half_turn_rad;
+        return is_corner(ring * ring_size()) &&
+               geom::angle_between(ring_point(ring - 1, 0) - at, forward) +
+                       geom::angle_between(forward, ring_point(ring + 1, 0) - at) >
+                   std::numbers::pi + widest_past_half_turn_rad;
     }
 
     void crease_ring(int ring) {
