@@ -43,8 +43,8 @@ def lost_curves(report):
 def state(result):
     """met, missed, refused (input not usable) or failed (crash, time, or a file that is not what the input asks for)."""
     report = result["report"]
-    if report is None:
-        return "refused" if result["code"] == 2 else "failed"
+    if report is None:  # 3: no result within the time limit
+        return {2: "refused", 3: "missed"}.get(result["code"], "failed")
     solid = report["solid"]
     # An open model stays open; a closed one must become a valid solid.
     if not solid["valid"] or (report["input"]["solids"] > 0 and not solid["closed"]):
@@ -79,6 +79,7 @@ def main():
     parser.add_argument("inputs", nargs="+", type=pathlib.Path)
     parser.add_argument("--tolerance", default="1e-3rel")
     parser.add_argument("--seconds", type=float, default=120)
+    parser.add_argument("--time-limit", type=float, help="of each conversion, seconds; the same as --seconds where not given")
     parser.add_argument("--at-least", type=int)
     parser.add_argument("--most-patches", type=int, help="more than these count as failed")
     parser.add_argument("--all-curves", action="store_true", help="a long sharp curve that is lost counts as failed")
@@ -90,7 +91,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         for file in files:
             # Results do not depend on how fast the machine is.
-            options = ["--tolerance", args.tolerance, "--time-limit", args.seconds]
+            options = ["--tolerance", args.tolerance, "--time-limit", args.time_limit or args.seconds]
             result = run_convert(args.program, file, folder, options, args.seconds)
             report = result["report"]
             too_many = report and args.most_patches is not None and report["patches"]["count"] > args.most_patches

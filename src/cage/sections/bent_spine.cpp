@@ -268,12 +268,6 @@ void place_corners(TailTracer& tail, std::vector<std::size_t>& corners,
     corners = std::move(placed);
 }
 
-/// A plane across a direction that holds the chord there, which twist turns from place to place.
-Spine::Plane plane_at(const Vec3& point, const Vec3& direction, const TailPoint& tail) {
-    const Vec3 chord = tail.chordwise.normalized();
-    return {point, (direction - direction.dot(chord) * chord).normalized()};
-}
-
 /// Bisecting planes at corners, and square ones on both sides of them.
 std::vector<Spine::Plane> planes_along(const TailTracer& tail,
                                        const std::vector<std::size_t>& corners,
@@ -289,14 +283,14 @@ std::vector<Spine::Plane> planes_along(const TailTracer& tail,
     for (std::size_t k = 0; k < last; ++k) {
         const Vec3 way = at(k + 1).point - at(k).point;
         const double length = way.dot(direction(k));
-        for (const std::size_t corner : {k, k + 1}) {
-            const double reach = fan_reach * at(corner).chord / length;
+        for (const bool near_end : {false, true}) {
+            const double reach = fan_reach * at(near_end ? k + 1 : k).chord / length;
             if (reach < 0.5)
-                planes.push_back(plane_at(at(k).point + (corner == k ? reach : 1.0 - reach) * way,
-                                          direction(k), at(corner)));
+                planes.push_back(
+                    {at(k).point + (near_end ? 1.0 - reach : reach) * way, direction(k)});
         }
         if (k + 1 < last)
-            planes.push_back(plane_at(at(k + 1).point, direction(k) + direction(k + 1), at(k + 1)));
+            planes.push_back({at(k + 1).point, (direction(k) + direction(k + 1)).normalized()});
     }
     planes.push_back(end_plane(at(last), direction(last - 1), tail.chordwise, ends));
     return planes;

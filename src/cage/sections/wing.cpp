@@ -194,7 +194,10 @@ std::vector<double> WingFinder::stations() const {
     const double low = wing_.ends[0].ring, high = wing_.ends[1].ring;
     std::vector<double> inner = line_ends_, others = lines_around();
     const std::vector<double> planes = wing_.slicer.spine().inner_heights();
-    others.insert(others.end(), planes.begin(), planes.end());
+    for (std::size_t i = 0; i < planes.size(); ++i)
+        if ((i > 0 && spine_bends(planes[i - 1], planes[i])) ||
+            (i + 1 < planes.size() && spine_bends(planes[i], planes[i + 1])))
+            others.push_back(planes[i]);
     for (const double h : others)
         if (std::none_of(line_ends_.begin(), line_ends_.end(),
                          [&](double end) { return std::abs(h - end) < distinct_rel * wing_.span; }))

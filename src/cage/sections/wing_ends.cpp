@@ -1,4 +1,5 @@
 #include "cage/sections/wing_finder.h"
+#include "geom/polyline.h"
 
 #include <fmt/format.h>
 
@@ -33,6 +34,8 @@ constexpr double farthest_ring = 4.0;
 constexpr double highest_tip = 4.0;
 // Of the chord: shorter curves in a section's plane are flaws, not lines around the body.
 constexpr double shortest_line_around = 0.3;
+// Of the way around a section: curves in its plane that leave it by more are a fin's.
+constexpr double along_section_share = 0.1;
 // Of the span: shorter sharp lines are flaws that no line of the cage is made for.
 constexpr double shortest_sharp_rel = 0.01;
 // Of the span: lines that stay within this of an end belong to it.
@@ -212,6 +215,25 @@ bool WingFinder::at_an_end(std::pair<double, double> range) const {
     });
 }
 
+bool WingFinder::runs_along_section(int curve, double height) const {
+    const double length = reference_.features().curves[std::size_t(curve)].length;
+    const auto along = [&](const SectionLoop& loop) {
+        for (int k = 0; k <= samples; ++k) {
+            poll_();
+            const Vec3 p = reference_.point_on_curve(curve, length * k / double(samples)).point;
+            if (geom::distance_to(loop.points, p) > along_section_share * loop.length())
+                return false;
+        }
+        return true;
+    };
+    // Beside the curve, where sections do not touch a bend.
+    for (const double side : {-distinct_rel, distinct_rel}) {
+        const auto loops = wing_.slicer.cut(height + side * wing_.span);
+        if (std::any_of(loops.begin(), loops.end(), along)) return true;
+    }
+    return false;
+}
+
 void WingFinder::find_lines_around() {
     const auto& curves = reference_.features().curves;
     for (int i = 0; i < int(curves.size()); ++i) {
@@ -220,7 +242,8 @@ void WingFinder::find_lines_around() {
             curve.length < shortest_sharp_rel * wing_.span || !on_body(i))
             continue;
         const auto range = range_of(i);
-        if (range.second - range.first < in_plane_rel * wing_.span && !at_an_end(range))
+        if (range.second - range.first < in_plane_rel * wing_.span && !at_an_end(range) &&
+            runs_along_section(i, 0.5 * (range.first + range.second)))
             wing_.lines.around.insert(i);
     }
 }

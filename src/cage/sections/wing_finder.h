@@ -85,6 +85,7 @@ class WingFinder {
     [[nodiscard]] bool is_tip(const WingEnd& end, const WingSection& section) const;
 
     [[nodiscard]] bool on_body(int curve) const;
+    [[nodiscard]] bool runs_along_section(int curve, double height) const;
     [[nodiscard]] bool at_an_end(std::pair<double, double> range) const;
 
     /// Heights at which feature curves of any kind run around the body.
