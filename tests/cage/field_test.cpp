@@ -9,6 +9,7 @@
 #include <catch2/catch.hpp>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -87,6 +88,37 @@ geom::TriangleMesh torus(double large, double small) {
             mesh.points.row(number(i, j)) << r * std::cos(a), r * std::sin(a), small * std::sin(b);
             mesh.triangles.push_back({number(i, j), number(i + 1, j), number(i + 1, j + 1)});
             mesh.triangles.push_back({number(i, j), number(i + 1, j + 1), number(i, j + 1)});
+        }
+    }
+    mesh.part.assign(mesh.triangles.size(), -1);
+    return mesh;
+}
+
+/// A tube along z with a narrow triangle cut out of its side; its tip points up, to height `tip`.
+geom::TriangleMesh tube_with_notch(double radius, double tip) {
+    // Four columns and rows on either side of the tip; rows are four times as high as columns are
+    // wide.
+    constexpr int rows = 16, tip_row = 10, tip_column = around / 2, size = 4;
+    const double height = tip / tip_row;
+    geom::TriangleMesh mesh;
+    mesh.points.resize(around * (rows + 1), 3);
+    const auto number = [](int column, int row) { return row * around + column % around; };
+    for (int j = 0; j <= rows; ++j)
+        for (int i = 0; i < around; ++i)
+            mesh.points.row(number(i, j)) << radius * std::cos(2.0 * M_PI * i / around),
+                radius * std::sin(2.0 * M_PI * i / around), height * j;
+    for (int j = 0; j < rows; ++j) {
+        for (int i = 0; i < around; ++i) {
+            const int a = number(i, j), b = number(i + 1, j), c = number(i + 1, j + 1),
+                      d = number(i, j + 1);
+            // The notch has its sides along diagonals.
+            const bool left = i < tip_column;
+            const int from_side = (left ? tip_column - 1 - i : i - tip_column) - (tip_row - 1 - j);
+            const bool in_rows = j >= tip_row - size && j < tip_row;
+            const auto upper = left ? std::array{a, c, d} : std::array{b, c, d};
+            const auto lower = left ? std::array{a, b, c} : std::array{a, b, d};
+            if (!in_rows || from_side >= 0) mesh.triangles.push_back(upper);
+            if (!in_rows || from_side > 0) mesh.triangles.push_back(lower);
         }
     }
     mesh.part.assign(mesh.triangles.size(), -1);
@@ -252,6 +284,20 @@ TEST_CASE("lines of a field part shapes into the known numbers of four-sided reg
             for (const int c : corners) CHECK(c == 4);
         }
     }
+}
+
+TEST_CASE("a line around a tube ends where it began", "[field][layout]") {
+    // From the tip of the notch lines go up and both ways around; these two are the same.
+    constexpr double tip = 80.0;
+    Field made(tube_with_notch(10.0, tip));
+    const auto lines = cage::field_lines(made.mesh, made.field, made.topology, poll);
+    const int closed = int(
+        std::count_if(lines.lines.begin(), lines.lines.end(), [&](const std::vector<int>& line) {
+            return line.size() > 2 && line.front() == line.back() &&
+                   std::abs(made.mesh.point(line.front()).z() - tip) < 1e-6;
+        }));
+    CHECK(closed == 1);
+    for (const int c : corners_of_regions(made.mesh, lines)) CHECK(c == 4);
 }
 
 TEST_CASE("a sphere is parted into four-sided regions around eight vertices", "[field][oracle]") {

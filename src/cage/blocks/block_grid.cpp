@@ -1,8 +1,7 @@
 #include "cage/blocks/block_grid.h"
 
+#include "cage/blocks/line_shares.h"
 #include "cage/blocks/untangle.h"
-#include "geom/angle.h"
-#include "geom/polyline.h"
 
 #include <patchwright/base/numbers.h>
 
@@ -19,8 +18,6 @@ using geom::Vec3;
 
 namespace {
 
-// Turn of a line, radians, at which half of its points are spread by turn instead of length.
-constexpr double half_turn_rad = 1.5;
 // Share of quads that fold: above the first one moving points opens some of them only and is not
 // worth its time; above the second one, after it, other ways are not tried either.
 constexpr double most_folded = 0.04, most_left = 0.01;
@@ -32,64 +29,6 @@ constexpr double good_enough = 0.4;
 // A corner with a smaller sine counts as concave (1 degree); one may be, up to 210 degrees: the fit
 // makes that good.
 constexpr double least_convex = 0.02, most_concave = -0.5;
-
-/// Shares of a line's length, from 0 to 1.
-std::vector<double> shares(const std::vector<Vec3>& points) {
-    std::vector<double> length = geom::arc_lengths(points);
-    for (double& l : length) l /= std::max(length.back(), 1e-300);
-    return length;
-}
-
-/// `count` + 1 shares of a line's length, closer to each other where it bends: half of them, or
-/// fewer on lines that bend little, are spread by turn instead of length.
-std::vector<double> graded_shares(const std::vector<Vec3>& line, int count) {
-    const std::vector<double> share = shares(line);
-    std::vector<double> turn(line.size(), 0.0);  // before a point
-    for (std::size_t i = 1; i + 1 < line.size(); ++i) {
-        const Vec3 before = line[i] - line[i - 1], after = line[i + 1] - line[i];
-        const double half = 0.5 * geom::angle_between(before, after);
-        turn[i] += half;
-        turn[i + 1] += half;
-    }
-    for (std::size_t i = 1; i < turn.size(); ++i) turn[i] += turn[i - 1];
-    const double whole = turn.back(), by_turn = whole / (whole + half_turn_rad);
-    const auto measure = [&](std::size_t i) {
-        return (1.0 - by_turn) * share[i] + (whole > 0.0 ? by_turn * turn[i] / whole : 0.0);
-    };
-    std::vector<double> result{0.0};
-    std::size_t i = 0;
-    for (int k = 1; k < count; ++k) {
-        const double m = double(k) / count;
-        while (i + 2 < line.size() && measure(i + 1) < m) ++i;
-        const double step = measure(i + 1) - measure(i);
-        const double t = step > 0.0 ? (m - measure(i)) / step : 0.0;
-        result.push_back(share[i] + t * (share[i + 1] - share[i]));
-    }
-    result.push_back(1.0);
-    return result;
-}
-
-/// Points at these shares of a line's length.
-std::vector<Vec3> resampled(const std::vector<Vec3>& line, const std::vector<double>& at_shares) {
-    std::vector<Vec3> result{line.front()};
-    const std::vector<double> share = shares(line);
-    std::size_t i = 0;
-    for (std::size_t k = 1; k + 1 < at_shares.size(); ++k) {
-        const double s = at_shares[k];
-        while (i + 2 < line.size() && share[i + 1] < s) ++i;
-        const double step = share[i + 1] - share[i];
-        const double t = step > 0.0 ? (s - share[i]) / step : 0.0;
-        result.push_back(line[i] + t * (line[i + 1] - line[i]));
-    }
-    result.push_back(line.back());
-    return result;
-}
-
-std::vector<double> even_shares(int count) {
-    std::vector<double> result;
-    for (int k = 0; k <= count; ++k) result.push_back(double(k) / count);
-    return result;
-}
 
 class Gridder {
   public:
@@ -118,19 +57,30 @@ class Gridder {
   private:
     /// What sticks out loses its points to its foot unless they are kept within the surface; in
     /// hollows it is the other way round. Where many quads fold, moving points opens some of them
-    /// only.
+    /// only. Points stay where fewest quads fold.
     void open_folds() {
         const auto exceeds = [&](double share) {
             return double(folded().size()) > std::ceil(share * double(blocks_.faces.size()));
         };
         const std::vector<Vec3> before = blocks_.points;
+        std::vector<Vec3> best = before;
+        std::size_t least = folded().size();
+        const auto keep_better = [&] {
+            const std::size_t count = folded().size();
+            if (count > least) return;
+            least = count;
+            best = blocks_.points;
+        };
         for (const bool within : {true, false}) {
             blocks_.points = before;
             even_out(within);
-            if (exceeds(most_folded)) return;
+            keep_better();
+            if (exceeds(most_folded)) break;
             untangle(blocks_.faces, blocks_.points, freedom_, reference_, poll_);
-            if (folded().empty() || exceeds(most_left)) return;
+            keep_better();
+            if (least == 0 || exceeds(most_left)) break;
         }
+        blocks_.points = std::move(best);
     }
 
     int add_point(const Vec3& p, const Freedom& freedom) {
@@ -284,7 +234,7 @@ class Gridder {
     static std::vector<double> shares(const Line& line) {
         std::vector<Vec3> points;
         for (const GridSpot& s : line) points.emplace_back(s.flat.x(), s.flat.y(), 0.0);
-        return cage::shares(points);
+        return shares_of(points);
     }
 
     [[nodiscard]] Vec3 point(std::size_t face, int k) const {

@@ -26,6 +26,8 @@ namespace {
 constexpr double most_deviation = 0.35, deviation_unit = 0.15;
 // Nodes that are tried from a port, nearest to its line first, and tries to hit one.
 constexpr int most_targets = 6, aiming_steps = 6;
+// Length of a line by its distance from the node that it began at, above which it comes back there.
+constexpr double return_ratio = 2.0;
 // A node is no target where the line's triangle is off its level by more than this share of the
 // way: it is on another sheet.
 constexpr double off_level = 0.5;
@@ -65,6 +67,11 @@ class LineMaker {
         return lined_.mesh().point(nodes_.vertex[at(node)]);
     }
 
+    /// Whether a line from a node went away from it before this step.
+    [[nodiscard]] bool has_returned(int node, const Vec3& from, double before) const {
+        return before > return_ratio * (node_point(node) - from).norm();
+    }
+
     /// How a step of a line passes a node; nothing where it does not pass it.
     [[nodiscard]] std::optional<Miss> miss_of(int node, int triangle, const Vec3& from,
                                               const Vec3& to, double before) const {
@@ -95,7 +102,7 @@ class LineMaker {
                    [&](int t, const Vec3& from, const Vec3& to, double before) {
                        paths_[at(p)].push_back(to);
                        for (int n = 0; n < int(nodes_.vertex.size()); ++n) {
-                           if (n == port.node) continue;
+                           if (n == port.node && !has_returned(n, from, before)) continue;
                            const auto miss = miss_of(n, t, from, to, before);
                            if (!miss || std::abs(miss->angle) > most_deviation) continue;
                            const auto [it, added] = near.emplace(n, *miss);
@@ -128,6 +135,8 @@ class LineMaker {
                 trace_line(lined_, port.start,
                            {.deviation = c.deviation, .crosses_lines = true, .meets = &meets},
                            poll_, [&](int t, const Vec3& from, const Vec3& to, double before) {
+                               if (c.node == port.node && !has_returned(c.node, from, before))
+                                   return;
                                const auto m = miss_of(c.node, t, from, to, before);
                                if (m && (!miss || std::abs(m->angle) < std::abs(miss->angle)))
                                    miss = m;
@@ -175,7 +184,7 @@ class LineMaker {
             best = p;
         }
         const bool clear = least < nearer_than_others * second;
-        return clear && !nodes_.ports[at(best)].used ? best : -1;
+        return clear && best != c.port && !nodes_.ports[at(best)].used ? best : -1;
     }
 
     void connect() {

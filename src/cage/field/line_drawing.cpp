@@ -26,7 +26,10 @@ class Drawing {
             const bool last = i + 1 == traced.points.size();
             go_to(vertex_at(traced.points[i], last && traced.end == LineEnd::Wall));
         }
-        if (traced.end == LineEnd::Vertex) go_to(traced.end_vertex);
+        if (traced.end == LineEnd::Vertex && traced.end_vertex == path_.front())
+            path_.push_back(traced.end_vertex);  // all around
+        else if (traced.end == LineEnd::Vertex)
+            go_to(traced.end_vertex);
         for (std::size_t i = 0; i + 1 < path_.size(); ++i) {
             if (is_side(path_[i], path_[i + 1])) continue;
             const geom::Vec3& p = lined_.mesh().point(path_[i]);

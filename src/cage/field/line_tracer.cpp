@@ -61,7 +61,9 @@ class Tracer {
     /// Whether a vertex that is looked for is at the triangle; ends there.
     bool meets(int t) {
         if (options_.meets == nullptr) return false;
-        for (const int v : mesh_.triangle(t)) {
+        const auto& corners = mesh_.triangle(t);
+        if (std::find(corners.begin(), corners.end(), from_) == corners.end()) from_ = -1;
+        for (const int v : corners) {
             if (v == from_ || v >= int(options_.meets->size()) || (*options_.meets)[at(v)] == 0)
                 continue;
             line_.end = LineEnd::Vertex;
