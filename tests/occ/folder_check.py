@@ -21,7 +21,9 @@ except ImportError as error:
     sys.exit(77)
 
 SUFFIXES = {".step", ".stp", ".iges", ".igs", ".brep", ".brp"}
-AREA = 1e-6  # relative; two integrations of the same faces
+# Relative: two integrations of the same faces. Those of whole bicubic surfaces are ours, which inspect_test compares with the kernel's adaptive
+# quadrature; FreeCAD takes one order for all spans and is 7e-5 off on the glider (triangles 0.005 mm off it: 8237.45 mm^2, ours 8237.30, its 8236.71).
+AREA, AREA_OF_BICUBIC = 1e-6, 1e-4
 BOX = 2e-6  # of the diagonal; FreeCAD's exact box has the edges' tolerances in it
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
 
@@ -38,6 +40,7 @@ def inspect(program, file):
     solid = report["solid"]
     box = [scale * x for x in solid["bounds"]["min"] + solid["bounds"]["max"]]
     return {"faces": solid["faces"], "area": scale**2 * solid["area"], "box": box,
+            "bicubic": solid["all_bicubic"],
             "tolerance": scale * solid["max_tolerance"]}, None
 
 
@@ -56,7 +59,7 @@ def differences(ours, theirs):
     result = []
     if ours["faces"] != theirs["faces"]:
         result.append(f"{ours['faces']} faces against {theirs['faces']}")
-    if abs(ours["area"] - theirs["area"]) > AREA * theirs["area"]:
+    if abs(ours["area"] - theirs["area"]) > (AREA_OF_BICUBIC if ours["bicubic"] else AREA) * theirs["area"]:
         result.append(f"area {ours['area']} against {theirs['area']}")
     diagonal = math.dist(theirs["box"][:3], theirs["box"][3:])
     off = max(abs(a - b) for a, b in zip(ours["box"], theirs["box"]))
