@@ -59,26 +59,26 @@ class Gridder {
     /// hollows it is the other way round. Where many quads fold, moving points opens some of them
     /// only. Points stay where fewest quads fold.
     void open_folds() {
-        const auto exceeds = [&](double share) {
-            return double(folded().size()) > std::ceil(share * double(blocks_.faces.size()));
+        const auto too_many = [&](std::size_t count, double share) {
+            return double(count) > std::ceil(share * double(blocks_.faces.size()));
         };
         const std::vector<Vec3> before = blocks_.points;
         std::vector<Vec3> best = before;
         std::size_t least = folded().size();
-        const auto keep_better = [&] {
+        const auto count_and_keep = [&] {
             const std::size_t count = folded().size();
-            if (count > least) return;
-            least = count;
-            best = blocks_.points;
+            if (count <= least) {
+                least = count;
+                best = blocks_.points;
+            }
+            return count;
         };
         for (const bool within : {true, false}) {
             blocks_.points = before;
             even_out(within);
-            keep_better();
-            if (exceeds(most_folded)) break;
+            if (too_many(count_and_keep(), most_folded)) break;
             untangle(blocks_.faces, blocks_.points, freedom_, reference_, poll_);
-            keep_better();
-            if (least == 0 || exceeds(most_left)) break;
+            if (too_many(count_and_keep(), most_left) || least == 0) break;
         }
         blocks_.points = std::move(best);
     }

@@ -243,8 +243,7 @@ void add_corners(const std::vector<TailPoint>& points, const Vec3& chordwise, st
 }
 
 /// Moves corners, which are as far off as a step is long, to where a curve of the trailing edge
-/// ends nearby: wings bend where their parts meet.
-/// Those that come to lie together are one.
+/// ends nearby: wings bend where their parts meet. Those that come to lie together are one.
 void place_corners(TailTracer& tail, std::vector<std::size_t>& corners,
                    const geom::ModelSurface& reference) {
     std::vector<std::size_t> placed{corners.front()};
