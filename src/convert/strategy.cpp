@@ -22,7 +22,7 @@ constexpr double nearly_missed = 0.8;
 
 /// Fits that aim at less than this share of the tolerance cost more control points than a finer
 /// cage.
-constexpr double least_fit_share = 0.25;
+constexpr double least_fit_share = 0.5;
 
 double worst_excess(const Attempt& attempt) {
     const measure::Condition* worst = attempt.verdict.worst();
@@ -89,7 +89,7 @@ std::vector<geom::Vec3> places_that_miss(const Attempt& attempt, const ConvertOp
 /// A remeshed cage with shorter edges around the places that miss; nothing when there are none.
 std::optional<AttemptPlan> finer_remeshed(const Attempt& last, const ConvertOptions& options,
                                           double diagonal) {
-    AttemptPlan plan{.cage = last.plan.cage, .preserve_parametrisation = false};
+    AttemptPlan plan{.cage = last.plan.cage};
     plan.cage.method = cage::Method::Remesh;
     const auto places = places_that_miss(last, options, diagonal);
     if (places.empty()) return std::nullopt;
@@ -124,16 +124,22 @@ std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
         return nearer;
     }
     // The form of a cage's lines keeps faces from folding; where it keeps the fit from coming near,
-    // it goes.
-    if (last.plan.preserve_parametrisation) {
+    // it goes. Blocks that are not near have another reason.
+    if (last.kind == CageKind::Sections && last.plan.preserve_parametrisation) {
         AttemptPlan free = last.plan;
         free.preserve_parametrisation = false;
         return free;
     }
+    // Triangles in pairs have no form worth keeping, unless it keeps them from folding.
+    if (last.kind == CageKind::Remeshed && !last.plan.preserve_parametrisation) {
+        AttemptPlan kept = last.plan;
+        kept.preserve_parametrisation = true;
+        return kept;
+    }
     const Attempt& best = best_of_last_cage(attempts);
     AttemptPlan finer{.cage = last.plan.cage};
     finer.cage.fineness *= 2.0;
-    AttemptPlan remeshed{.cage = last.plan.cage, .preserve_parametrisation = false};
+    AttemptPlan remeshed{.cage = last.plan.cage};
     remeshed.cage.method = cage::Method::Remesh;
     remeshed.cage.fineness = 1.0;
     const bool may_remesh = options.method == cage::Method::Auto;

@@ -1,5 +1,6 @@
 #include "geom/angle.h"
 #include "measure/near_curves.h"
+#include "measure/normal_agreement.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
@@ -7,7 +8,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -80,55 +80,10 @@ struct Block {
     int i0, i1, j0, j1;
 };
 
-/// Looks for points of the input that face the way a sample does.
-class Agreement {
-  public:
-    /// @param sign  of the output's normals: -1 where it faces the other way as a whole
-    Agreement(const geom::ReferenceSurface& input, const FoldOptions& options, double sign)
-        : input_(input), options_(options), sign_(sign) {}
-
-    /// Between the normals of the sample and at its foot; half a turn where that has none.
-    [[nodiscard]] double angle_at_foot(const Vec3& point, const Vec3& normal) const {
-        const Vec3 at_foot = input_.foot_point(point).normal;
-        return at_foot.isZero() ? M_PI : geom::angle_between(at_foot, sign_ * normal);
-    }
-
-    /// Least angle to the input's normals near the sample; ends early at one that agrees.
-    [[nodiscard]] double least_angle(const Vec3& point, const Vec3& normal) const {
-        const geom::FootPoint plain = input_.foot_point(point);
-        const double reach = plain.distance + 2.0 * options_.tolerance_mm;
-        const Vec3 side = sign_ * normal;
-        double least = M_PI;
-        const auto agrees = [&](const geom::FootPoint& foot) {
-            if (!foot.normal.isZero() && (foot.point - point).norm() <= reach)
-                least = std::min(least, geom::angle_between(foot.normal, side));
-            return least <= options_.angle_rad;
-        };
-        if (agrees(plain) || agrees(input_.foot_point(point, side))) return least;
-        // Of a displaced point the foot may be on another face of an edge or a tight bend; it is
-        // within reach by the triangle inequality.
-        const Vec3 u = normal.unitOrthogonal(), v = normal.cross(u);
-        for (const Vec3& way :
-             std::array<Vec3, 10>{normal, Vec3(-normal), u, Vec3(-u), v, Vec3(-v),
-                                  Vec3((u + v) * M_SQRT1_2), Vec3((u - v) * M_SQRT1_2),
-                                  Vec3((v - u) * M_SQRT1_2), Vec3((u + v) * -M_SQRT1_2)}) {
-            const Vec3 probe = point + options_.tolerance_mm * way;
-            if (agrees(input_.foot_point(probe, side)) || agrees(input_.foot_point(probe)))
-                return least;
-        }
-        return least;
-    }
-
-  private:
-    const geom::ReferenceSurface& input_;
-    const FoldOptions& options_;
-    double sign_;
-};
-
 /// One surface: the samples of a span are parted until each part turns little and is settled.
 class FoldSearch {
   public:
-    FoldSearch(const SampledSurface& samples, int face, const Agreement& agreement,
+    FoldSearch(const SampledSurface& samples, int face, const NormalAgreement& agreement,
                const NearCurves& edges, double limit_rad)
         : samples_(samples), face_(face), agreement_(agreement), edges_(edges), limit_(limit_rad) {}
 
@@ -194,7 +149,7 @@ class FoldSearch {
 
     const SampledSurface& samples_;
     int face_;
-    const Agreement& agreement_;
+    const NormalAgreement& agreement_;
     const NearCurves& edges_;
     double limit_;
     FoldFigures figures_;
@@ -231,7 +186,7 @@ FoldFigures find_folds(const std::vector<geom::BsplineSurface>& surfaces,
     if (!(options.tolerance_mm > 0.0) || !(options.angle_rad > 0.0))
         throw base::InvalidArgument("find_folds: the tolerance and the angle must be positive");
     const double sign = options.may_face_away ? sign_of(surfaces, input) : 1.0;
-    const Agreement agreement(input, options, sign);
+    const NormalAgreement agreement(input, options.tolerance_mm, options.angle_rad, sign);
     const NearCurves edges(input, options.creases, options.tolerance_mm);
     FoldFigures all;
     constexpr std::size_t together = 64;

@@ -1,3 +1,4 @@
+#include "geom/angle.h"
 #include "subd/corner_spectrum.h"
 
 #include <patchwright/base/error.h>
@@ -7,9 +8,12 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace patchwright::subd {
 
@@ -17,6 +21,10 @@ namespace {
 
 /// Relative singular values of products of constraints that depend on each other.
 constexpr double dependent = 1e-12;
+/// Sine of the angle between two creases below which they are one line.
+constexpr double flat_sector = 1e-3;
+/// Relative changes that are rounding.
+constexpr double settled = 1e-9;
 
 using mesh::CornerId;
 using mesh::SectorTagInput;
@@ -70,6 +78,108 @@ Eigen::MatrixXd sector_matrix(int faces, double angle, bool corner) {
     return matrix;
 }
 
+/// Whether a vertex stays where it is: by its own sharpness, or as more than two sharp edges meet.
+bool is_corner(const Topology& t, VertexId v) {
+    int sharp_edges = 0;
+    CornerId c = t.corner(v);
+    const CornerId first = c;
+    do {
+        sharp_edges += std::isinf(t.sharpness(t.edge(c))) ? 1 : 0;
+        c = t.rotate(c);
+    } while (c.valid() && c != first);
+    if (!c.valid()) ++sharp_edges;  // the boundary edge that arrives
+    return std::isinf(t.sharpness(v)) || sharp_edges > 2;
+}
+
+/// The sectors of three faces and more between sharp edges at a corner, of quads with ordinary
+/// rules and no semi-sharp edges.
+std::vector<std::vector<CornerId>> corner_fans(const Topology& t, VertexId v) {
+    std::vector<std::vector<CornerId>> fans;
+    CornerId c = t.corner(v);
+    if (!c.valid() || !is_corner(t, v)) return fans;
+    const CornerId first = c;
+    do {
+        std::vector<CornerId> fan = mesh::sector_corners(t, c);
+        const auto is_ordinary = [&](CornerId k) {
+            return t.size(t.face(k)) == 4 && !t.is_shifted(k) &&
+                   (k == c || t.sharpness(t.edge(k)) == 0.0);
+        };
+        if (fan.size() >= 3 && fan.front() == c && std::all_of(fan.begin(), fan.end(), is_ordinary))
+            fans.push_back(std::move(fan));
+        c = t.rotate(c);
+    } while (c.valid() && c != first);
+    return fans;
+}
+
+/// Whether a sector spans more than 180 degrees.
+/// @param ring  of sector_points()
+bool is_concave(const geom::Points& ring, int faces) {
+    const auto edge = [&](int i) -> Eigen::Vector3d {
+        return (ring.row(1 + i) - ring.row(0)).transpose();
+    };
+    double angle = 0.0;
+    for (int i = 0; i < faces; ++i) angle += geom::angle_between(edge(i), edge(i + 1));
+    return angle > std::numbers::pi;
+}
+
+/// The ring with inner edges in even angles between the creases, of lengths between theirs but no
+/// longer than they are.
+/// @param ring  of sector_points()
+geom::Points even_sector(const geom::Points& ring, int faces, bool concave) {
+    const auto edge = [&](int i) -> Eigen::Vector3d {
+        return (ring.row(1 + i) - ring.row(0)).transpose();
+    };
+    const Eigen::Vector3d first = edge(0), last = edge(faces);
+    const Eigen::Vector3d normal = (concave ? -1.0 : 1.0) * first.cross(last).normalized();
+    const double between = geom::angle_between(first, last);
+    const double angle = concave ? 2.0 * std::numbers::pi - between : between;
+    geom::Points even = ring;
+    for (int i = 1; i < faces; ++i) {
+        const double share = double(i) / faces;
+        const double length = std::pow(first.norm(), 1.0 - share) * std::pow(last.norm(), share);
+        const Eigen::Vector3d direction =
+            Eigen::AngleAxisd(share * angle, normal) * first.normalized();
+        even.row(1 + i) = ring.row(0) + std::min(length, edge(i).norm()) * direction.transpose();
+    }
+    for (int i = 0; i < faces; ++i)
+        even.row(faces + 2 + i) = even.row(1 + i) + even.row(2 + i) - even.row(0);
+    return even;
+}
+
+/// The directions between a sector's sharp edges, or between what points against them where it is
+/// concave, in the plane of the two.
+class SectorCone {
+  public:
+    SectorCone(const geom::Points& ring, int faces, bool concave) {
+        const double sign = concave ? -1.0 : 1.0;
+        axes_.col(0) = sign * (ring.row(1) - ring.row(0)).transpose().normalized();
+        axes_.col(1) = sign * (ring.row(1 + faces) - ring.row(0)).transpose().normalized();
+        const Eigen::Vector3d normal = axes_.col(0).cross(axes_.col(1));
+        exists_ = normal.norm() > flat_sector;
+        axes_.col(2) = normal.normalized();
+    }
+
+    /// Whether the edges are not on one line.
+    [[nodiscard]] bool exists() const { return exists_; }
+    /// Projection onto the plane.
+    [[nodiscard]] Eigen::Matrix3d plane() const {
+        return Eigen::Matrix3d::Identity() - axes_.col(2) * axes_.col(2).transpose();
+    }
+    /// What is nearest to v within the cone; height over the plane stays.
+    [[nodiscard]] Eigen::Vector3d nearest(const Eigen::Vector3d& v) const {
+        const Eigen::Vector3d parts = axes_.inverse() * v;
+        if (parts[0] >= 0.0 && parts[1] >= 0.0) return v;
+        const Eigen::Vector3d height = parts[2] * axes_.col(2);
+        const double first = std::max(0.0, v.dot(axes_.col(0))),
+                     last = std::max(0.0, v.dot(axes_.col(1)));
+        return height + (first > last ? first * axes_.col(0) : last * axes_.col(1));
+    }
+
+  private:
+    Eigen::Matrix3d axes_;
+    bool exists_ = false;
+};
+
 class NormalControl {
   public:
     explicit NormalControl(const mesh::Cage& cage)
@@ -90,17 +200,9 @@ class NormalControl {
   private:
     Eigen::MatrixXd take_out_growth(const SectorTagInput& tag, const std::vector<CornerId>& fan) {
         const std::vector<VertexId> ring = sector_points(topology_, fan);
-        int sharp_edges = 0;
-        CornerId c = topology_.corner(ring[0]);
-        const CornerId first = c;
-        do {
-            sharp_edges += std::isinf(topology_.sharpness(topology_.edge(c))) ? 1 : 0;
-            c = topology_.rotate(c);
-        } while (c.valid() && c != first);
-        if (!c.valid()) ++sharp_edges;  // the boundary edge that arrives
-        const bool corner = std::isinf(topology_.sharpness(ring[0])) || sharp_edges > 2;
-        const Eigen::MatrixXd growth =
-            growing_part(sector_matrix(static_cast<int>(fan.size()), tag.angle, corner), 0.5);
+        const Eigen::MatrixXd growth = growing_part(
+            sector_matrix(static_cast<int>(fan.size()), tag.angle, is_corner(topology_, ring[0])),
+            0.5);
         geom::Points local(Eigen::Index(ring.size()), 3);
         for (std::size_t k = 0; k < ring.size(); ++k) {
             local.row(Eigen::Index(k)) = points_.row(ring[k].value);
@@ -154,6 +256,79 @@ class NormalControl {
 };
 
 }  // namespace
+
+geom::Points CornerSectors::Sector::local(const geom::Points& points) const {
+    geom::Points result(Eigen::Index(ring.size()), 3);
+    for (std::size_t k = 0; k < ring.size(); ++k) result.row(Eigen::Index(k)) = points.row(ring[k]);
+    return result;
+}
+
+CornerSectors::CornerSectors(const Topology& topology, const geom::Points& points,
+                             const std::vector<std::uint8_t>& held) {
+    for (const VertexId v : topology.vertices()) {
+        for (const std::vector<CornerId>& fan : corner_fans(topology, v)) {
+            Sector sector;
+            const int faces = int(fan.size());
+            for (const VertexId p : sector_points(topology, fan)) sector.ring.push_back(p.value);
+            Eigen::VectorXd free(Eigen::Index(sector.ring.size()));
+            for (Eigen::Index k = 0; k < free.size(); ++k)
+                free[k] = held[std::size_t(sector.ring[std::size_t(k)])] == 0 ? 1.0 : 0.0;
+            // Edges on features leave no room.
+            if (!(free.segment(2, faces - 1).array() > 0.0).all()) continue;
+            const Eigen::JacobiSVD<Eigen::MatrixXd> growth(
+                growing_part(sector_matrix(faces, 0.0, true), 0.5),
+                Eigen::ComputeThinU | Eigen::ComputeThinV);
+            sector.mask = growth.matrixV().col(0).transpose();
+            sector.motion = growth.matrixU().col(0).cwiseProduct(free);
+            if (sector.motion.segment(2, faces - 1).sum() < 0.0) sector.motion *= -1.0;
+            sector.mask /= sector.mask * sector.motion;
+            const geom::Points local = sector.local(points);
+            sector.concave = is_concave(local, faces);
+            const SectorCone cone(local, faces, sector.concave);
+            if (!cone.exists()) continue;
+            const Eigen::Vector3d even =
+                (sector.mask * even_sector(local, faces, sector.concave)).transpose();
+            sector.room = even - cone.nearest(even);
+            sectors_.push_back(std::move(sector));
+        }
+    }
+}
+
+void CornerSectors::settle(geom::Points& points) {
+    for (Sector& sector : sectors_) {
+        const geom::Points local = sector.local(points);
+        const SectorCone cone(local, int(sector.ring.size()) / 2 - 1, sector.concave);
+        const Eigen::Vector3d part = (sector.mask * local).transpose() - sector.room;
+        const Eigen::Vector3d change = cone.nearest(part) - part;
+        if (!(change.norm() > settled * part.norm())) continue;
+        for (std::size_t k = 0; k < sector.ring.size(); ++k)
+            points.row(sector.ring[k]) += sector.motion[Eigen::Index(k)] * change.transpose();
+        // At the tip of the cone both directions are kept.
+        const Eigen::Vector3d across = change.normalized();
+        const bool tip = sector.kept.isZero() ? cone.nearest(part).isZero()
+                                              : (sector.kept * across - across).norm() > settled;
+        sector.kept = tip ? cone.plane() : Eigen::Matrix3d(across * across.transpose());
+    }
+}
+
+void CornerSectors::project(geom::Points& displacements) const {
+    for (const Sector& sector : sectors_) {
+        if (sector.kept.isZero()) continue;
+        const Eigen::RowVector3d part = sector.mask * sector.local(displacements) * sector.kept;
+        for (std::size_t k = 0; k < sector.ring.size(); ++k)
+            displacements.row(sector.ring[k]) -= sector.motion[Eigen::Index(k)] * part;
+    }
+}
+
+void CornerSectors::project_transposed(geom::Points& rows) const {
+    for (auto sector = sectors_.rbegin(); sector != sectors_.rend(); ++sector) {
+        if (sector->kept.isZero()) continue;
+        const Eigen::RowVector3d part =
+            sector->motion.transpose() * sector->local(rows) * sector->kept;
+        for (std::size_t k = 0; k < sector->ring.size(); ++k)
+            rows.row(sector->ring[k]) -= sector->mask[Eigen::Index(k)] * part;
+    }
+}
 
 mesh::Cage control_normals(const mesh::Cage& cage) {
     NormalControl control(cage);

@@ -1,3 +1,4 @@
+#include "measure/limit_folds.h"
 #include "support/analytic_references.h"
 #include "support/analytic_wing.h"
 #include "support/cages.h"
@@ -14,6 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <numeric>
 
 using namespace patchwright;
 using geom::Vec3;
@@ -122,6 +124,39 @@ TEST_CASE("creases and corners of a cube go to the edges and corners of a box", 
     CHECK(result.within_tolerance);
     CHECK(result.levels.size() == 1);
     CHECK((result.cage.points.cwiseAbs().array() - 1.0).abs().maxCoeff() < 1e-9);
+}
+
+namespace {
+
+/// The box of edge 2 about the origin, 4 x 4 quads a side; a control point of the side z = 1 lies
+/// beyond its neighbours, so that quads fold without leaving the side.
+mesh::Cage folded_box() {
+    mesh::TopologyInput tags;
+    for (const auto& face : test::cube_faces)
+        for (std::size_t i = 0; i < 4; ++i)
+            if (face[i] < face[(i + 1) % 4])
+                tags.creases.push_back({face[i], face[(i + 1) % 4], mesh::infinite_sharpness});
+    mesh::Cage cage = subd::refine(test::cube(2.0, tags), 2);
+    Eigen::Index middle = 0;
+    (cage.points.rowwise() - Eigen::RowVector3d(0, 0, 1)).rowwise().norm().minCoeff(&middle);
+    cage.points(middle, 0) += 1.6;
+    return cage;
+}
+
+}  // namespace
+
+TEST_CASE("folds within a flat side are opened, though nothing is far off", "[fit][oracle]") {
+    const mesh::Cage cage = folded_box();
+    const test::Box box;
+    const auto count = [&](const mesh::Cage& c) {
+        const auto folded = measure::folded_samples(c, box, 1e-3);
+        return std::accumulate(folded.begin(), folded.end(), 0);
+    };
+    REQUIRE(count(cage) > 0);
+    const auto result = fit::fit(cage, box, {.tolerance_mm = 1e-3});
+    CHECK(result.within_tolerance);
+    CHECK(result.levels[std::size_t(result.best_level)].folded == 0);
+    CHECK(count(result.cage) == 0);
 }
 
 TEST_CASE("an open cage's boundary goes to the free edge", "[fit][oracle]") {

@@ -71,6 +71,58 @@ TEST_CASE("concave corners fold without control and do not with it", "[subd][ora
     }
 }
 
+namespace {
+
+/// Three quads in a sector of 270 degrees whose inner edges are uneven, so that the part of the
+/// control points that shrinks least points beyond a crease; a corner without tags. Slanted.
+mesh::Cage uneven_sector() {
+    const auto at = [](double degrees, double r) {
+        const double a = degrees * M_PI / 180.0;
+        return Vec3(r * std::cos(a), r * std::sin(a), 0.3 * r * std::cos(a));
+    };
+    const std::vector<Vec3> points{Vec3::Zero(),   at(0.0, 1.0),   at(45.0, 1.3),  at(80.0, 1.2),
+                                   at(150.0, 1.0), at(235.0, 2.5), at(250.0, 2.6), at(270.0, 1.0)};
+    mesh::TopologyInput tags;
+    tags.corners.push_back({0, mesh::infinite_sharpness});
+    return test::make_cage(points, {{0, 1, 2, 3}, {0, 3, 4, 5}, {0, 5, 6, 7}}, std::move(tags));
+}
+
+}  // namespace
+
+TEST_CASE("uneven concave corners fold until they are settled", "[subd]") {
+    mesh::Cage cage = uneven_sector();
+    const Vec3 up = Vec3(-0.3, 0.0, 1.0).normalized();
+    CHECK(least_cosine(cage, 3, up) < 0.0);
+    std::vector<std::uint8_t> held(8, 0);
+    for (const std::size_t v : {0, 1, 7}) held[v] = 7;
+    subd::CornerSectors corners(*cage.topology, cage.points, held);
+    const geom::Points before = cage.points;
+    corners.settle(cage.points);
+    CHECK(least_cosine(cage, 3, up) > 0.999999);
+    for (const int v : {0, 1, 7}) CHECK(cage.points.row(v) == before.row(v));
+    const geom::Points settled = cage.points;
+    corners.settle(cage.points);
+    CHECK((cage.points - settled).cwiseAbs().maxCoeff() < 1e-12);
+}
+
+TEST_CASE("settled corners stay so under the displacements that are left", "[subd]") {
+    mesh::Cage cage = uneven_sector();
+    std::vector<std::uint8_t> held(8, 0);
+    for (const std::size_t v : {0, 1, 7}) held[v] = 7;
+    subd::CornerSectors corners(*cage.topology, cage.points, held);
+    corners.settle(cage.points);
+    geom::Points x = geom::Points::Random(8, 3), y = geom::Points::Random(8, 3);
+    for (const int v : {0, 1, 7}) x.row(v).setZero();
+    geom::Points px = x, ty = y;
+    corners.project(px);
+    corners.project_transposed(ty);
+    CHECK((px - x).norm() > 0.1);
+    CHECK(px.cwiseProduct(y).sum() == Approx(x.cwiseProduct(ty).sum()));
+    geom::Points ppx = px;
+    corners.project(ppx);
+    CHECK((ppx - px).norm() < 1e-12);
+}
+
 TEST_CASE("sectors with an angle have one tangent plane, of any number of faces", "[subd]") {
     for (const int faces : {1, 2, 3, 4, 5}) {
         for (const double degrees : {60.0, 120.0, 200.0, 270.0}) {

@@ -35,8 +35,8 @@ struct FitOptions {
     /// where another cage can be tried instead.
     int max_idle_levels = 12;
     /// The parametrisation of the given cage is preserved by tangential regularisation, most of
-    /// all in faces that are about to fold. Switch it off for cages whose parametrisation was not
-    /// designed, as remeshed ones.
+    /// all in faces that are about to fold. Switch it off where the lines of the cage are not meant
+    /// to stay, and keep the fit from coming near.
     bool preserve_parametrisation = true;
     /// About as many points of the reference are looked for on the limit surface, where the
     /// reference can be sampled. Raise it where features are smaller than the distance between
@@ -87,6 +87,9 @@ struct FitLevel {
     /// Where those largest ones are; undefined where they are zero.
     geom::Vec3 max_at = geom::Vec3::Zero(), reverse_max_at = max_at, curve_max_at = max_at;
     int chains_on_features = 0;
+    /// Samples that are folded, beyond the tolerance from sharp edges (see measure::find_folds);
+    /// looked for where all distances are within the tolerance.
+    int folded = 0;
     double seconds = 0.0;
 
     [[nodiscard]] double largest() const {
@@ -98,7 +101,8 @@ struct FitResult {
     mesh::Cage cage;
     /// Whether FitLevel::largest of the best level is; the verdict on a result asks for more.
     bool within_tolerance = false;
-    int best_level = 0;                ///< the one whose cage this is: no later one came nearer
+    int best_level =
+        0;  ///< the one whose cage this is: the nearest one, or the one with fewest folds
     std::optional<int> symmetry_axis;  ///< of the symmetry plane that was kept: 0, 1 or 2
     /// The normals of the cage point against those of the reference, as those of open ones can:
     /// they were compared with reversed signs. The cage keeps its orientation.
@@ -115,7 +119,10 @@ struct FitResult {
 /// corners to feature corners, where they then end exactly. Steps minimise distances along normals
 /// (tangent distance) and bending energy; a step that increases their sum is not taken. Where
 /// points of the reference stay beyond the tolerance, samples near them get them as targets; they
-/// count in FitLevel::largest. Steps that would invert faces are made again with these stiffened.
+/// count in FitLevel::largest. Steps that would invert faces are made again with these stiffened;
+/// faces that are folded when a level begins are evened out, and a fit within the tolerance goes on
+/// where samples are folded. At corners of three and more quads what would make the limit surface
+/// run over a crease is kept out (see subd::CornerSectors).
 /// Crease and boundary control points are solved first, for their own curves, and then held;
 /// creases follow smooth edges of the reference where no sharp ones are as near and these are not
 /// quite smooth somewhere. Chains keep the order along their curves, however near those come to

@@ -3,6 +3,7 @@
 #include "fit/loop/measure.h"
 #include "fit/loop/placement.h"
 #include "fit/loop/refinement.h"
+#include "measure/limit_folds.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/fit/fit.h>
@@ -13,6 +14,7 @@
 #include <algorithm>
 #include <chrono>
 #include <limits>
+#include <numeric>
 
 namespace patchwright::fit {
 
@@ -39,7 +41,7 @@ struct Level {
     FitLevel figures;
     LevelError error;
     std::optional<int> symmetry_axis;
-    double foot_reach = std::numeric_limits<double>::infinity();  ///< see oriented_foot_point
+    LevelStart start;
 };
 
 void measure_level(Level& level, const LevelFit& fitted, const geom::ReferenceSurface& reference,
@@ -56,6 +58,11 @@ void measure_level(Level& level, const LevelFit& fitted, const geom::ReferenceSu
     figures.reverse_max_at = level.error.reverse.max_at;
     figures.curve_max_mm = level.error.curves.max;
     figures.curve_max_at = level.error.curves.max_at;
+    if (figures.largest() > options.tolerance_mm) return;
+    const std::vector<int> folded =
+        measure::folded_samples(level.cage, reference, options.tolerance_mm);
+    for (std::size_t f = 0; f < folded.size(); ++f) level.error.faces[f].folded = folded[f];
+    figures.folded = std::accumulate(folded.begin(), folded.end(), 0);
 }
 
 std::vector<geom::Vec3> reverse_points(const geom::ReferenceSurface& reference, int count) {
@@ -120,7 +127,7 @@ class LevelLoop {
         FitOptions of_level = options_;
         if (now_.figures.local) of_level.solver.fairness *= local_fairness;
         LevelFit fitted =
-            fit_level(now_.cage, reference_, points_, of_level, now_.foot_reach, now_.figures);
+            fit_level(now_.cage, reference_, points_, of_level, now_.start, now_.figures);
         if (fitted.stopped_by_time_limit) {
             if (!result_.levels.empty()) throw base::TimeLimitReached();
             result_.stopped_by_time_limit = true;
@@ -137,23 +144,27 @@ class LevelLoop {
     void keep_what_is_nearer() {
         const FitLevel& figures = now_.figures;
         // Splitting strips moves the limit surface, from where steps may not lead back.
-        worse_ = kept_ && figures.largest() > kept_->figures.largest() &&
+        worse_ = kept_ && figures.largest() > options_.tolerance_mm &&
+                 figures.largest() > kept_->figures.largest() &&
                  figures.rms_mm > kept_->figures.rms_mm;
         retry_ = worse_ && figures.local;
-        if (figures.largest() < least_) {
-            least_ = figures.largest();
+        const double beyond = std::max(figures.largest(), options_.tolerance_mm);
+        if (result_.levels.empty() || beyond < least_ ||
+            (beyond == least_ && figures.folded < least_folded_)) {
+            least_ = beyond;
+            least_folded_ = figures.folded;
             result_.cage = now_.cage;
             result_.symmetry_axis = now_.symmetry_axis;
             result_.best_level = static_cast<int>(result_.levels.size());
         }
         result_.levels.push_back(figures);
-        result_.within_tolerance = least_ <= options_.tolerance_mm;
+        result_.within_tolerance = !(least_ > options_.tolerance_mm);
         if (!worse_) kept_ = std::move(now_);
     }
 
     [[nodiscard]] bool may_go_on() const {
         const auto levels = static_cast<int>(result_.levels.size());
-        return !result_.within_tolerance && levels <= options_.max_levels &&
+        return (!result_.within_tolerance || least_folded_ > 0) && levels <= options_.max_levels &&
                levels <= result_.best_level + options_.max_idle_levels && !is_stuck(result_.levels);
     }
 
@@ -172,9 +183,11 @@ class LevelLoop {
                                        RefinementScope::Global);
         }
         if (!next) return false;
-        now_ = {.cage = std::move(next->cage),
-                .history = std::move(next->history),
-                .foot_reach = foot_reach_growth * kept_->figures.largest()};
+        now_ = {
+            .cage = std::move(next->cage),
+            .history = std::move(next->history),
+            .start = {.foot_reach = foot_reach_growth * kept_->figures.largest(), .folded = {}}};
+        for (const FaceHistory& h : now_.history) now_.start.folded.push_back(h.folded ? 1 : 0);
         now_.figures.local = next->local;
         return true;
     }
@@ -185,7 +198,8 @@ class LevelLoop {
     Level now_;
     std::optional<Level> kept_;  // the one to refine
     bool worse_ = false, retry_ = false, last_resort_ = false;
-    double least_ = std::numeric_limits<double>::infinity();
+    double least_ = std::numeric_limits<double>::infinity();  // at least the tolerance
+    int least_folded_ = 0;
     FitResult result_;
 };
 

@@ -57,6 +57,7 @@ FitLevel sum_of(const std::vector<PartFit>& parts, std::size_t level, std::size_
         raise(sum.reverse_max_mm, sum.reverse_max_at, one.reverse_max_mm, one.reverse_max_at);
         raise(sum.curve_max_mm, sum.curve_max_at, one.curve_max_mm, one.curve_max_at);
         sum.chains_on_features += one.chains_on_features;
+        sum.folded += one.folded;
         if (level >= part.result.levels.size()) continue;
         const FitLevel& worked = part.result.levels[level];
         sum.projections += worked.projections;

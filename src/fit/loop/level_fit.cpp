@@ -5,6 +5,7 @@
 #include "fit/solve/symmetry.h"
 
 #include <patchwright/base/error.h>
+#include <patchwright/subd/normal_control.h>
 
 #include <algorithm>
 #include <cmath>
@@ -37,6 +38,8 @@ constexpr int max_stiffened_repeats = 10;
 // against drift without cause, too little to keep curves and leading edges from their place
 // (refinement_test: lines stay even).
 constexpr double tangential_scale_rel = 0.1;
+// Tangential motion in folded faces counts as distances of so many such scales.
+constexpr double fold_miss = 10.0;
 // Levenberg-Marquardt damping, relative to unit columns: raised until a step is taken, or so high
 // that no step of any length would help.
 constexpr double first_damping = 1e-6, min_damping = 1e-9, max_damping = 10.0;
@@ -87,14 +90,14 @@ class LevelFitter {
   public:
     LevelFitter(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
                 const std::vector<Vec3>& reverse_points, const FitOptions& options,
-                double foot_reach, FitLevel& level)
+                const LevelStart& start, FitLevel& level)
         : topology_(*cage.topology),
           points_(cage.points),
           reference_(reference),
           reverse_points_(reverse_points),
           options_(options),
           level_(level),
-          projector_(cage, reference, options, foot_reach, [this] { poll(0.0); }),
+          projector_(cage, reference, options, start.foot_reach, [this] { poll(0.0); }),
           face_regularisation_(Regularisation::of_surface(
               topology_, points_, options.preserve_parametrisation ? tangential_scale_mm() : 0.0)),
           curve_regularisation_(Regularisation::of_curves(topology_, projector_.curves().sites,
@@ -104,12 +107,14 @@ class LevelFitter {
           surface_steps_(curve_steps_) {
         constrain_vertices();
         keep_symmetry();
+        even_out_folds(start);
     }
 
     LevelFit run() && {
         bool stopped = false;
         try {
             improve_curves();
+            settle_corners();
             improve_surface(options_.solver.fairness, options_.solver.max_projections);
             improve_reverse_distances();
         } catch (const base::TimeLimitReached&) {
@@ -135,6 +140,19 @@ class LevelFitter {
         improve({projector_.curve_samples(), curve_steps_, curve_regularisation_,
                  [&](const Points& p, const Projection*) { return projector_.project_curves(p); }},
                 0.0, (options_.solver.max_projections + 1) / 2);
+    }
+
+    /// Where three quads and more meet at a corner between sharp edges.
+    void settle_corners() {
+        corners_.emplace(topology_, points_, surface_steps_.held);
+        surface_steps_.corners = &*corners_;
+        settle(points_);
+    }
+
+    void settle(Points& points) {
+        if (!corners_) return;
+        corners_->settle(points);
+        surface_steps_.follow(points);
     }
 
     void improve_surface(double fairness, int rounds) {
@@ -172,6 +190,28 @@ class LevelFitter {
             std::max(largest_distance(projector_.nearest(points_, reverse_points_)),
                      projector_.project_surface(points_, nullptr).distances.max);
         if (after > std::max(before, forward)) points_ = without;
+    }
+
+    /// Where the given cage is folded its parametrisation is not worth preserving.
+    void even_out_folds(const LevelStart& start) {
+        const auto sites = face_sites(topology_);
+        const auto& rows = projector_.face_samples().site_rows();
+        std::vector<char> near(std::size_t(topology_.vertex_count()), 0);
+        for (std::size_t site = 0; site < sites.size(); ++site)
+            if (projector_.is_folded_when_given(rows[site], rows[site + 1]) ||
+                (!start.folded.empty() &&
+                 (start.folded[sites[site].face.index()] != 0 ||
+                  projector_.is_inverted_when_given(rows[site], rows[site + 1]))))
+                for (const auto c : topology_.corners(sites[site].face))
+                    near[topology_.vertex(c).index()] = 1;
+        for (std::size_t site = 0; site < sites.size(); ++site) {
+            bool any = false;
+            for (const auto c : topology_.corners(sites[site].face))
+                any = any || near[topology_.vertex(c).index()] != 0;
+            if (!any) continue;
+            face_regularisation_.even_out(site, fold_miss);
+            evened_sites_.push_back(site);
+        }
     }
 
     void constrain_vertices() {
@@ -234,14 +274,16 @@ class LevelFitter {
         int little_gains = 0, repeats = 0;
         for (; round_ < rounds; ++round_) {
             poll(0.0);
-            if (now.distances.max < convergence_fraction * options_.tolerance_mm) return;
+            if (now.distances.max < convergence_fraction * options_.tolerance_mm && !is_folded(now))
+                return;
             (now.of_curves ? now.weights.along : now.weights.across) = weights.tangential;
             // Bending has fewer samples a face than the surface, and they count alike.
             const double share =
                 double(problem.samples.rows()) / double(problem.regularisation.rows().rows());
             const RegularisationWeights regular =
                 problem.regularisation.weights_at(points_, weights.fairness * share, share);
-            const Points candidate = points_ + solve(problem, now, regular, weights.damping);
+            Points candidate = points_ + solve(problem, now, regular, weights.damping);
+            settle(candidate);
             Projection next = problem.project(candidate, &now);
             const bool inverts = stiffen(problem, now, next);
             if (inverts && repeats++ < max_stiffened_repeats) continue;
@@ -260,6 +302,17 @@ class LevelFitter {
             weights.after_taken();
             if (little_gains == max_little_gains) return;
         }
+    }
+
+    /// Whether folds of the given cage are left.
+    [[nodiscard]] bool is_folded(const Projection& now) const {
+        if (now.of_curves) return false;
+        const auto& rows = projector_.face_samples().site_rows();
+        return std::any_of(evened_sites_.begin(), evened_sites_.end(), [&](std::size_t site) {
+            for (auto i = rows[site]; i < rows[site + 1]; ++i)
+                if (now.is_inverted(i)) return true;
+            return false;
+        });
     }
 
     /// Displacements of the control points.
@@ -312,6 +365,8 @@ class LevelFitter {
     MeshPreconditioner preconditioner_;
     PointConstraints curve_steps_, surface_steps_;
     std::optional<int> symmetry_axis_;
+    std::optional<subd::CornerSectors> corners_;
+    std::vector<std::size_t> evened_sites_;  ///< of faces, folded when given
 };
 
 }  // namespace
@@ -328,9 +383,9 @@ LevelFit given_level(const mesh::Cage& cage, const geom::ReferenceSurface& refer
 }
 
 LevelFit fit_level(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-                   const std::vector<Vec3>& points, const FitOptions& options, double foot_reach,
-                   FitLevel& level) {
-    return LevelFitter(cage, reference, points, options, foot_reach, level).run();
+                   const std::vector<Vec3>& points, const FitOptions& options,
+                   const LevelStart& start, FitLevel& level) {
+    return LevelFitter(cage, reference, points, options, start, level).run();
 }
 
 }  // namespace patchwright::fit

@@ -7,7 +7,9 @@
 #include <patchwright/fit/fit.h>
 
 #include <cmath>
+#include <limits>
 #include <optional>
+#include <vector>
 
 namespace patchwright::fit {
 
@@ -31,13 +33,18 @@ struct LevelFit {
 LevelFit given_level(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
                      const FitOptions& options);
 
+/// What is known when a level begins.
+struct LevelStart {
+    double foot_reach = std::numeric_limits<double>::infinity();  ///< see oriented_foot_point
+    std::vector<char> folded;  ///< one a face: whether its parent was; or empty
+};
+
 /// Control points whose limit surface is near the reference: rounds of projecting samples and
 /// solving, until they have converged or improve no longer. Counts them in `level`.
 /// @param points  of the reference, whose distances from the limit surface are minimised as well
-/// @param foot_reach  see oriented_foot_point
 /// @throw what options.progress throws, but for base::TimeLimitReached during the steps
 LevelFit fit_level(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
                    const std::vector<geom::Vec3>& points, const FitOptions& options,
-                   double foot_reach, FitLevel& level);
+                   const LevelStart& start, FitLevel& level);
 
 }  // namespace patchwright::fit

@@ -10,6 +10,7 @@ namespace patchwright::fit {
 struct FaceError : measure::FaceDeviation {
     /// Largest distances of chains on sides along u and along v from their features, mm.
     double curve_u = 0.0, curve_v = 0.0;
+    int folded = 0;  ///< samples; looked for where the whole level is within the tolerance
 
     [[nodiscard]] double largest() const { return std::max({max, reverse, curve_u, curve_v}); }
 };

@@ -187,6 +187,13 @@ bool Projector::is_inverted_when_given(std::int32_t first, std::int32_t end) con
     return false;
 }
 
+bool Projector::is_folded_when_given(std::int32_t first, std::int32_t end) const {
+    const Eigen::RowVector3d mean = given_normals_.middleRows(first, end - first).colwise().sum();
+    for (auto i = first; i < end; ++i)
+        if (given_normals_.row(i).dot(mean) < 0.0) return true;
+    return false;
+}
+
 void Projector::set_direction(Projection& p, Eigen::Index row, const Vec3& direction,
                               bool along) const {
     const Vec3 residual = (p.target.row(row) - p.limit.row(row)).transpose();

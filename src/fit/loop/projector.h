@@ -55,6 +55,8 @@ class Projector {
     /// Whether samples of a face oppose the reference already on the given control points: its
     /// given shape is not one to preserve.
     [[nodiscard]] bool is_inverted_when_given(std::int32_t first, std::int32_t end) const;
+    /// Whether normals of the given cage's samples point to both sides.
+    [[nodiscard]] bool is_folded_when_given(std::int32_t first, std::int32_t end) const;
 
   private:
     /// A chain's path and the rows of its samples, in their order along it.

@@ -34,6 +34,7 @@ constexpr double split_bending = 1e-3;
 
 /// Bits as in ChordSplit::cuts.
 int wanted_cuts(const FaceError& error, double tolerance) {
+    if (error.folded > 0) return 3;
     int cuts = (error.curve_u > tolerance ? 1 : 0) + (error.curve_v > tolerance ? 2 : 0);
     if (std::max(error.max, error.reverse) > tolerance) {
         const double both = error.change_u + error.change_v;
@@ -96,7 +97,9 @@ std::vector<FaceHistory> inherit(const std::vector<FaceId>& parents, const std::
             continue;
         }
         const FaceHistory& old = history[parent.index()];
-        result.push_back({error.faces[parent.index()].largest(), old.cuts + (cut == 3 ? 2 : 1)});
+        const FaceError& of_parent = error.faces[parent.index()];
+        result.push_back(
+            {of_parent.largest(), old.cuts + (cut == 3 ? 2 : 1), of_parent.folded > 0});
     }
     return result;
 }
@@ -246,7 +249,8 @@ std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const Level
     for (std::size_t f = 0; f < cuts.size(); ++f) {
         const double now = error.faces[f].largest();
         if (now <= max_remaining_error * history[f].parent) history[f].cuts = 0;
-        if (now <= options.tolerance_mm || history[f].cuts >= max_useless_splits) continue;
+        if (now <= options.tolerance_mm && error.faces[f].folded == 0) continue;
+        if (history[f].cuts >= max_useless_splits) continue;
         cuts[f] = wanted_cuts(error.faces[f], options.tolerance_mm);
         any = true;
     }

@@ -7,10 +7,11 @@
 
 namespace patchwright::fit {
 
-/// Of each face: the distance of its parent, and how often splitting gained too little.
+/// Of each face: what its parent was like, and how often splitting gained too little.
 struct FaceHistory {
     double parent = std::numeric_limits<double>::infinity();
-    int cuts = 0;  ///< in a row that gained too little
+    int cuts = 0;         ///< in a row that gained too little
+    bool folded = false;  ///< the parent was
 };
 
 /// The next level's cage, near the limit surface of this one.

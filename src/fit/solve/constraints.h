@@ -2,6 +2,7 @@
 #pragma once
 
 #include <patchwright/geom/types.h>
+#include <patchwright/subd/normal_control.h>
 
 #include <cstdint>
 #include <utility>
@@ -18,6 +19,7 @@ struct PointConstraints {
     /// plane of the second ones at right angles. No second is a first.
     std::vector<std::pair<int, int>> followers;
     int axis = 0;
+    const subd::CornerSectors* corners = nullptr;  ///< parts of these are kept
 
     /// Adds each follower's part to what it follows, and takes it away there: the transpose of
     /// `follow`.
@@ -29,6 +31,16 @@ struct PointConstraints {
                 rows(v, c) = 0.0;
             }
         }
+    }
+    /// The displacements of all control points from those of free ones.
+    void complete(geom::Points& rows) const {
+        if (corners != nullptr) corners->project(rows);
+        follow(rows);
+    }
+    /// The transpose of complete().
+    void complete_transposed(geom::Points& rows) const {
+        gather(rows);
+        if (corners != nullptr) corners->project_transposed(rows);
     }
     void follow(geom::Points& rows) const {
         for (const auto& [v, leader] : followers) {

@@ -113,6 +113,12 @@ void Regularisation::stiffen(std::size_t site, double miss) {
         factor, std::min(std::max(stiffening_factor * factor, least), max_stiffening * least));
 }
 
+void Regularisation::even_out(std::size_t site, double miss) {
+    const auto& rows = rows_.site_rows();
+    given_.middleRows(rows[site], rows[site + 1] - rows[site]).setZero();
+    factors_[site] = std::max(factors_[site], std::max(1.0, miss * miss));
+}
+
 Points Regularisation::directions(const Points& points) const {
     Points result(rows_.rows(), 3);
     const auto& rows = rows_.site_rows();

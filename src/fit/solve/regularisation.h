@@ -41,6 +41,9 @@ class Regularisation {
     /// count
     ///              at least as much
     void stiffen(std::size_t site, double miss);
+    /// Makes the parametrisation of a site even in place of the given one, which is folded there.
+    /// @param miss  as for stiffen()
+    void even_out(std::size_t site, double miss);
 
     /// For the normals or tangents at these control points.
     [[nodiscard]] RegularisationWeights weights_at(const geom::Points& points, double bending,

@@ -127,7 +127,7 @@ void StepOperator::gather(Points& from_samples, const Points& from_bending,
     over_rows<step_rows_a_task>(from_samples.rows(), [&](Eigen::Index first, Eigen::Index count) {
         from_samples.middleRows(first, count) += from_bending.middleRows(first, count);
     });
-    constraints_.gather(from_samples);
+    constraints_.complete_transposed(from_samples);
     over_rows<step_rows_a_task>(from_samples.rows(), [&](Eigen::Index first, Eigen::Index count) {
         auto rows = from_samples.middleRows(first, count);
         rows = rows.cwiseProduct(scale_.middleRows(first, count));
@@ -215,7 +215,7 @@ void StepOperator::move(const Points& x, Points& moved) const {
         moved.middleRows(first, count) =
             x.middleRows(first, count).cwiseProduct(scale_.middleRows(first, count));
     });
-    constraints_.follow(moved);
+    constraints_.complete(moved);
 }
 
 Points StepOperator::displacements(const Points& x) const {
