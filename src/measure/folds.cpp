@@ -1,4 +1,3 @@
-#include "geom/angle.h"
 #include "measure/near_curves.h"
 #include "measure/normal_agreement.h"
 

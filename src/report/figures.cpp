@@ -121,7 +121,7 @@ class SectionWriter {
         if (f.levels.empty()) return;
         const fit::FitLevel& best = f.levels[std::size_t(f.best_level)];
         if (f.best_level + 1 < static_cast<int>(f.levels.size()))
-            row("taken", "level {}: later ones came no nearer", f.best_level);
+            row("taken", "level {}: later ones were no better", f.best_level);
         if (best.chains_on_features > 0) {
             row("sharp chains", "{} on the input's, {} from them at most", best.chains_on_features,
                 relative(best.curve_max_mm));

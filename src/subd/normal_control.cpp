@@ -91,8 +91,8 @@ bool is_corner(const Topology& t, VertexId v) {
     return std::isinf(t.sharpness(v)) || sharp_edges > 2;
 }
 
-/// The sectors of three faces and more between sharp edges at a corner, of quads with ordinary
-/// rules and no semi-sharp edges.
+/// The sectors of three or four faces between sharp edges at a corner, of quads with ordinary rules
+/// and no semi-sharp edges: they have exactly one eigenvalue between 1/2 and 1.
 std::vector<std::vector<CornerId>> corner_fans(const Topology& t, VertexId v) {
     std::vector<std::vector<CornerId>> fans;
     CornerId c = t.corner(v);
@@ -104,7 +104,8 @@ std::vector<std::vector<CornerId>> corner_fans(const Topology& t, VertexId v) {
             return t.size(t.face(k)) == 4 && !t.is_shifted(k) &&
                    (k == c || t.sharpness(t.edge(k)) == 0.0);
         };
-        if (fan.size() >= 3 && fan.front() == c && std::all_of(fan.begin(), fan.end(), is_ordinary))
+        const bool has_one_part = fan.size() == 3 || fan.size() == 4;
+        if (has_one_part && fan.front() == c && std::all_of(fan.begin(), fan.end(), is_ordinary))
             fans.push_back(std::move(fan));
         c = t.rotate(c);
     } while (c.valid() && c != first);

@@ -101,8 +101,9 @@ struct FitResult {
     mesh::Cage cage;
     /// Whether FitLevel::largest of the best level is; the verdict on a result asks for more.
     bool within_tolerance = false;
-    int best_level =
-        0;  ///< the one whose cage this is: the nearest one, or the one with fewest folds
+    /// The one whose cage this is: the nearest one, of those within the tolerance the first one
+    /// with fewest folds.
+    int best_level = 0;
     std::optional<int> symmetry_axis;  ///< of the symmetry plane that was kept: 0, 1 or 2
     /// The normals of the cage point against those of the reference, as those of open ones can:
     /// they were compared with reversed signs. The cage keeps its orientation.
@@ -121,7 +122,7 @@ struct FitResult {
 /// points of the reference stay beyond the tolerance, samples near them get them as targets; they
 /// count in FitLevel::largest. Steps that would invert faces are made again with these stiffened;
 /// faces that are folded when a level begins are evened out, and a fit within the tolerance goes on
-/// where samples are folded. At corners of three and more quads what would make the limit surface
+/// where samples are folded. At corners of three or four quads what would make the limit surface
 /// run over a crease is kept out (see subd::CornerSectors).
 /// Crease and boundary control points are solved first, for their own curves, and then held;
 /// creases follow smooth edges of the reference where no sharp ones are as near and these are not

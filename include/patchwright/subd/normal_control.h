@@ -21,10 +21,11 @@ namespace patchwright::subd {
 ///        vertex has no tangent plane to turn
 mesh::Cage control_normals(const mesh::Cage& cage);
 
-/// Sectors of three quads and more between sharp edges at corners, without an angle. One part of
+/// Sectors of three or four quads between sharp edges at corners, without an angle. One part of
 /// their control points shrinks by less than half at every step, so that near the corner its
 /// direction decides whether the limit surface folds: it must lie between the sharp edges, in
-/// concave sectors between what points against them.
+/// concave sectors between what points against them. Sectors of more quads have several such parts
+/// and are left as they are.
 class CornerSectors {
   public:
     /// @param points  say which sectors are concave, and how much room they have

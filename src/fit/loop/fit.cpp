@@ -158,7 +158,7 @@ class LevelLoop {
             result_.best_level = static_cast<int>(result_.levels.size());
         }
         result_.levels.push_back(figures);
-        result_.within_tolerance = !(least_ > options_.tolerance_mm);
+        result_.within_tolerance = least_ <= options_.tolerance_mm;
         if (!worse_) kept_ = std::move(now_);
     }
 

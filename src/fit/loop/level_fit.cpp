@@ -142,7 +142,7 @@ class LevelFitter {
                 0.0, (options_.solver.max_projections + 1) / 2);
     }
 
-    /// Where three quads and more meet at a corner between sharp edges.
+    /// Where three or four quads meet at a corner between sharp edges.
     void settle_corners() {
         corners_.emplace(topology_, points_, surface_steps_.held);
         surface_steps_.corners = &*corners_;
