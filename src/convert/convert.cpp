@@ -116,9 +116,6 @@ class AttemptRunner {
         attempt.kind = made.method == cage::Method::Remesh ? CageKind::Remeshed
                        : made.from_faces                   ? CageKind::Blocks
                                                            : CageKind::Sections;
-        // Free first: faces that are stiffened because they would fold can drive the rest away.
-        if (attempt.kind == CageKind::Remeshed && plan.cage.finer_at.empty())
-            attempt.plan.preserve_parametrisation = false;
         attempt.cage = std::move(made.cage);
         attempt.layout = std::move(made.layout);
     }

@@ -130,12 +130,6 @@ std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
         free.preserve_parametrisation = false;
         return free;
     }
-    // Triangles in pairs have no form worth keeping, unless it keeps them from folding.
-    if (last.kind == CageKind::Remeshed && !last.plan.preserve_parametrisation) {
-        AttemptPlan kept = last.plan;
-        kept.preserve_parametrisation = true;
-        return kept;
-    }
     const Attempt& best = best_of_last_cage(attempts);
     AttemptPlan finer{.cage = last.plan.cage};
     finer.cage.fineness *= 2.0;

@@ -158,7 +158,8 @@ bool EditableMesh::can_collapse(int gone, int kept) const {
     return fans_[at(gone)].size() + fans_[at(kept)].size() > (boundary_edge ? 3u : 6u);
 }
 
-bool EditableMesh::collapse_is_flat(int gone, int kept, double least_cosine) const {
+bool EditableMesh::collapse_is_flat(int gone, int kept, double least_cosine,
+                                    double negligible) const {
     const EdgeSides s = sides(gone, kept);
     for (const int t : fans_[at(gone)]) {
         if (t == s.triangle[0] || t == s.triangle[1]) continue;
@@ -168,6 +169,9 @@ bool EditableMesh::collapse_is_flat(int gone, int kept, double least_cosine) con
             old[k] = points_[at(v)];
             p[k] = points_[at(v == gone ? kept : v)];
         }
+        if (std::max({(old[1] - old[0]).norm(), (old[2] - old[1]).norm(),
+                      (old[0] - old[2]).norm()}) < negligible)
+            continue;
         const Vec3 before = (old[1] - old[0]).cross(old[2] - old[0]);
         const Vec3 after = (p[1] - p[0]).cross(p[2] - p[0]);
         const double quality = shape_quality(p[0], p[1], p[2]);

@@ -62,8 +62,9 @@ class EditableMesh {
     /// Whether `gone` may be merged into `kept` without harm to topology and features.
     [[nodiscard]] bool can_collapse(int gone, int kept) const;
     /// Whether the triangles that stay keep their orientation and some height when `gone` is at
-    /// `kept`.
-    [[nodiscard]] bool collapse_is_flat(int gone, int kept, double least_cosine) const;
+    /// `kept`. Triangles whose sides are all shorter than `negligible` may turn as they like.
+    [[nodiscard]] bool collapse_is_flat(int gone, int kept, double least_cosine,
+                                        double negligible = 0.0) const;
     void collapse(int gone, int kept);
     /// Returns the new vertex.
     int split(int a, int b, const Vec3& at);

@@ -1,4 +1,5 @@
 // Cages and fits from triangles against the shapes that the triangles stand for.
+#include "geom/angle.h"
 #include "support/triangle_shapes.h"
 
 #include <patchwright/cage/make_cage.h>
@@ -80,6 +81,49 @@ TEST_CASE("a triangulated box is fitted to the box, with its edges as creases",
         const Eigen::Vector3d p = fitted.limit.row(i);
         const double low = p.cwiseAbs().minCoeff(), high = (size - p).cwiseAbs().minCoeff();
         CHECK(std::min(low, high) < 1e-9);
+    }
+}
+
+/// The faces at a vertex between two creases.
+struct Sector {
+    double angle = 0.0;
+    int faces = 0;
+};
+
+std::vector<Sector> sectors_between_creases(const mesh::Cage& cage) {
+    const mesh::Topology& t = *cage.topology;
+    std::vector<Sector> sectors;
+    for (const mesh::FaceId f : t.faces()) {
+        for (const mesh::CornerId first : t.corners(f)) {
+            if (t.tagged_sharpness(t.edge(first)) == 0.0) continue;
+            sectors.emplace_back();
+            for (mesh::CornerId c = first;;) {
+                const auto at = [&](mesh::CornerId k) {
+                    return geom::Vec3(cage.points.row(t.vertex(k).value));
+                };
+                sectors.back().angle +=
+                    geom::angle_between(at(t.next(c)) - at(c), at(t.previous(c)) - at(c));
+                ++sectors.back().faces;
+                if (t.tagged_sharpness(t.edge(t.previous(c))) > 0.0) break;
+                c = t.rotate(c);
+            }
+        }
+    }
+    return sectors;
+}
+
+TEST_CASE("concave corners of remeshed cages have three faces", "[layout][mesh]") {
+    const geom::MeshReference bracket(test::triangle_bracket(60.0, 30.0, 15.0));
+    for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
+        const auto made =
+            cage::make_cage(bracket, {.method = cage::Method::Remesh, .tolerance_rel = tolerance});
+        int concave = 0;
+        for (const Sector& sector : sectors_between_creases(made.cage)) {
+            if (sector.angle < 3.7) continue;
+            ++concave;
+            CHECK(sector.faces >= 3);
+        }
+        CHECK(concave == 2);
     }
 }
 

@@ -187,12 +187,9 @@ TEST_CASE("blocks that lose sharp curves are remeshed, others get finer", "[conv
 }
 
 TEST_CASE("remeshed cages get shorter edges where they miss, while that helps", "[convert]") {
-    AttemptPlan remesh = *convert::choose_next({}, made(), diagonal);
-    remesh.preserve_parametrisation = false;
+    const AttemptPlan remesh = *convert::choose_next({}, made(), diagonal);
+    CHECK(remesh.preserve_parametrisation);
     std::vector<Attempt> attempts{attempt(remesh, CageKind::Remeshed, 5.0)};
-    attempts.push_back(next_of(attempts, CageKind::Remeshed, 4.0));
-    CHECK(attempts.back().plan.same_cage(attempts.front().plan));
-    CHECK(attempts.back().plan.preserve_parametrisation);
     attempts.push_back(next_of(attempts, CageKind::Remeshed, 2.0));
     REQUIRE(attempts.back().plan.cage.finer_at.size() == 1);
     CHECK(attempts.back().plan.cage.finer_at.front().balls.at(0).centre == geom::Vec3(1, 2, 3));

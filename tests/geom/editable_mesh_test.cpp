@@ -83,6 +83,17 @@ TEST_CASE("collapses keep area, features and corners", "[layout]") {
     CHECK(mesh.feature_neighbours(1).size() == 2);
 }
 
+TEST_CASE("negligible triangles do not hold a collapse", "[layout]") {
+    SurfaceMesh folded = flat_grid();
+    folded.points.row(12) << 2.0, 2.4, 0.0;
+    folded.points.row(7) << 1.0, 2.6, 0.0;
+    EditableMesh mesh(folded);
+    mesh.move(12, {1.0, 3.3, 0.0});  // beyond its neighbours: two triangles are turned over
+    CHECK_FALSE(mesh.collapse_is_flat(12, 7, 0.5));
+    CHECK_FALSE(mesh.collapse_is_flat(12, 7, 0.5, 0.5));
+    CHECK(mesh.collapse_is_flat(12, 7, 0.5, 10.0));
+}
+
 TEST_CASE("splits and flips keep area and features", "[layout]") {
     EditableMesh mesh(flat_grid());
     const int inner = mesh.split(6, 12, {1.5, 1.5, 0.0});

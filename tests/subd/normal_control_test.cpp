@@ -71,6 +71,25 @@ TEST_CASE("concave corners fold without control and do not with it", "[subd][ora
     }
 }
 
+TEST_CASE("the edge between two quads at a corner turns by a sixth of the creases' sum a step",
+          "[subd][oracle]") {
+    // In units that halve with each step. With it two quads fold in every concave sector.
+    const mesh::Cage fan = open_fan(2, 260.0, 0.0, false);
+    const auto inner_edge = [&](int step) {
+        const mesh::Cage fine = subd::refine(fan, step);
+        const mesh::Topology& t = *fine.topology;
+        for (const mesh::EdgeId e : t.edges()) {
+            if (t.is_boundary(e)) continue;
+            const Vec3 from = fine.points.row(t.start(e).value),
+                       to = fine.points.row(t.end(e).value);
+            if (from.isZero() || to.isZero()) return Vec3(std::ldexp(1.0, step) * (from + to));
+        }
+        return Vec3(Vec3::Zero());
+    };
+    const Vec3 sum = (fan.points.row(1) + fan.points.row(5)).transpose();
+    CHECK((inner_edge(9) - inner_edge(8) - sum / 6.0).norm() < 1e-4);
+}
+
 namespace {
 
 /// Three quads in a sector of 270 degrees whose inner edges are uneven, so that the part of the

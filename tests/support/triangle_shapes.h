@@ -52,6 +52,29 @@ inline geom::TriangleMesh triangle_box(double a, double b, double c) {
     return mesh;
 }
 
+/// A box of a x a x height without its quarter beyond (b, b).
+inline geom::TriangleMesh triangle_bracket(double a, double b, double height) {
+    const std::array<std::array<double, 2>, 6> corners{
+        {{0, 0}, {a, 0}, {a, b}, {b, b}, {b, a}, {0, a}}};
+    geom::TriangleMesh mesh;
+    mesh.points.resize(12, 3);
+    for (int i = 0; i < 12; ++i)
+        mesh.points.row(i) << corners[std::size_t(i % 6)][0], corners[std::size_t(i % 6)][1],
+            (i < 6 ? 0.0 : height);
+    for (int i = 0; i < 6; ++i) {
+        const int j = (i + 1) % 6;
+        mesh.triangles.push_back({i, j, 6 + j});
+        mesh.triangles.push_back({i, 6 + j, 6 + i});
+    }
+    for (const auto& t :
+         {std::array{0, 1, 2}, std::array{0, 2, 3}, std::array{0, 3, 4}, std::array{0, 4, 5}}) {
+        mesh.triangles.push_back({6 + t[0], 6 + t[1], 6 + t[2]});
+        mesh.triangles.push_back({t[0], t[2], t[1]});
+    }
+    mesh.part.assign(mesh.triangles.size(), -1);
+    return mesh;
+}
+
 /// Along z from 0, of that many sides; the ends are fans around their middles.
 inline geom::TriangleMesh triangle_cylinder(double radius, double height, int around) {
     geom::TriangleMesh mesh;

@@ -120,10 +120,10 @@ struct FitResult {
 /// corners to feature corners, where they then end exactly. Steps minimise distances along normals
 /// (tangent distance) and bending energy; a step that increases their sum is not taken. Where
 /// points of the reference stay beyond the tolerance, samples near them get them as targets; they
-/// count in FitLevel::largest. Steps that would invert faces are made again with these stiffened;
-/// faces that are folded when a level begins are evened out, and a fit within the tolerance goes on
-/// where samples are folded. At corners of three or four quads what would make the limit surface
-/// run over a crease is kept out (see subd::CornerSectors).
+/// count in FitLevel::largest. Where a step would invert faces their control points take shorter
+/// ones; faces that are folded when a level begins are evened out, and a fit within the tolerance
+/// goes on where samples are folded. At corners of three or four quads what would make the limit
+/// surface run over a crease is kept out (see subd::CornerSectors).
 /// Crease and boundary control points are solved first, for their own curves, and then held;
 /// creases follow smooth edges of the reference where no sharp ones are as near and these are not
 /// quite smooth somewhere. Chains keep the order along their curves, however near those come to

@@ -16,6 +16,10 @@ constexpr double least_quality = 0.15;
 constexpr double most_bent_cosine = 0.5;
 // The widest corner of one face, 150 degrees: a sector that is wider needs two faces.
 constexpr double widest_corner_rad = 2.6;
+// The widest sector of two faces, 210 degrees. The surface at a corner between sharp edges d1, d2
+// with one edge e between them follows, after k steps, e + k (d1 + d2) / 6: in a wider sector that
+// turns over the sharp edges within a thousandth of e.
+constexpr double widest_pair_rad = 3.67;
 
 /// 1 for flat rectangles, 0 when an angle is 0 or 180 degrees or the quad bends by 60.
 double quad_quality(const std::array<Vec3, 4>& p) {
@@ -110,10 +114,11 @@ void add_sectors(const geom::EditableMesh& mesh, int v, Sectors& result) {
             }
         }
         // Along a smooth curve the sector is half a disc however its chords turn.
-        sector.least = kind == geom::VertexKind::Smooth ? (mesh.is_boundary(v) ? 1 : 3)
-                       : kind == geom::VertexKind::Curve
-                           ? 2
-                           : std::max(1, int(std::ceil(angle / widest_corner_rad)));
+        sector.least = kind == geom::VertexKind::Smooth  ? (mesh.is_boundary(v) ? 1 : 3)
+                       : kind == geom::VertexKind::Curve ? 2
+                       : angle > widest_pair_rad         ? 3
+                       : angle > widest_corner_rad       ? 2
+                                                         : 1;
         result.sectors.push_back(sector);
     }
 }

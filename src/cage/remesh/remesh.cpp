@@ -21,6 +21,9 @@ constexpr double least_alike = 0.3, unturned = 0.5;
 // Of the length wanted: how far a collapse may leave the point that goes, and a flip the edge.
 // More, and step by step a thin edge is eaten.
 constexpr double most_lost = 0.25;
+// Of the tolerance: triangles that are smaller do not keep others from collapsing, as across a thin
+// rounded edge, wherever they face.
+constexpr double negligible_share = 0.25;
 // Of the length wanted: edges that are longer are split, shorter ones collapsed. Of both factors
 // the one makes halves, the other merged edges that are nearest to the length (Botsch and Kobbelt).
 constexpr double too_long = 4.0 / 3.0, too_short = 0.8;
@@ -56,7 +59,9 @@ class Remeshing {
           reference_(reference),
           options_(options),
           poll_(poll),
-          size_(mesh, reference, options.size, poll) {}
+          size_(mesh, reference, options.size, poll),
+          negligible_(negligible_share * options.size.tolerance_rel *
+                      reference.bounds().diagonal()) {}
 
     void run() {
         for (int round = 0; round < options_.rounds; ++round) {
@@ -179,7 +184,8 @@ class Remeshing {
     }
 
     bool try_collapse(int gone, int kept) {
-        if (!mesh_.can_collapse(gone, kept) || !mesh_.collapse_is_flat(gone, kept, unturned))
+        if (!mesh_.can_collapse(gone, kept) ||
+            !mesh_.collapse_is_flat(gone, kept, unturned, negligible_))
             return false;
         for (const int w : mesh_.neighbours(gone))
             if (w != kept && length(w, kept) > too_long * wanted(w, kept) &&
@@ -340,6 +346,7 @@ class Remeshing {
     const RemeshOptions& options_;
     Poll& poll_;
     SizeField size_;
+    double negligible_;  // millimetres
 };
 
 }  // namespace

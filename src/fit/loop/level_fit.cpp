@@ -2,6 +2,7 @@
 
 #include "fit/loop/projector.h"
 #include "fit/loop/sampling.h"
+#include "fit/loop/step_weights.h"
 #include "fit/solve/symmetry.h"
 
 #include <patchwright/base/error.h>
@@ -9,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace patchwright::fit {
 
@@ -20,30 +22,18 @@ using mesh::EdgeId;
 using mesh::Topology;
 using mesh::VertexId;
 
-// Weight of the tangential part of residuals: 1 is point distance, whose steps never make things
-// worse but are short; 0 is tangent distance. It falls from the first to the minimum, which keeps
-// samples from drifting (Pottmann, Leopoldseder, Hofer 2002).
-constexpr double first_tangential_weight = 0.3, min_tangential_weight = 0.01;
-constexpr double tangential_weight_factor = 0.3;  // after each step that is taken
 // A step that leaves more than this share of the energy gains little: what goes on slowly is the
 // drift of parameters, and refining gains more. Two such steps end a level.
 constexpr double little_gain_share = 0.85;
 constexpr int max_little_gains = 2;
 // While the bending energy has more weight than this it may hold distances back.
 constexpr double small_fairness = 1e-5;
-constexpr double fairness_factor = 0.2;  // after each step that is taken
-// Steps of a level that are repeated with stiffened faces.
-constexpr int max_stiffened_repeats = 10;
 // Scale of the tangential regularisation in parts of the tolerance, see Regularisation: enough
 // against drift without cause, too little to keep curves and leading edges from their place
 // (refinement_test: lines stay even).
 constexpr double tangential_scale_rel = 0.1;
 // Tangential motion in folded faces counts as distances of so many such scales.
 constexpr double fold_miss = 10.0;
-// Levenberg-Marquardt damping, relative to unit columns: raised until a step is taken, or so high
-// that no step of any length would help.
-constexpr double first_damping = 1e-6, min_damping = 1e-9, max_damping = 10.0;
-constexpr double damping_growth = 30.0, damping_decay = 0.2;
 // Regularisation must not drive the surface away: no step may leave more than this times the least
 // energy of distances so far.
 constexpr double max_energy_growth = 2.0;
@@ -60,30 +50,8 @@ double largest_distance(const std::vector<measure::NearLimit>& near) {
 struct StepProblem {
     const subd::LimitOperator& samples;
     const PointConstraints& constraints;
-    Regularisation& regularisation;
+    const Regularisation& regularisation;
     std::function<Projection(const Points& points, const Projection* last)> project;
-};
-
-/// What changes from step to step.
-struct StepWeights {
-    double fairness;
-    double damping = first_damping;
-    double tangential = first_tangential_weight;
-
-    void after_taken() {
-        damping = std::max(damping_decay * damping, min_damping);
-        tangential = std::max(tangential_weight_factor * tangential, min_tangential_weight);
-        fairness *= fairness_factor;
-    }
-    /// A shorter step; false when it would be too short to matter.
-    [[nodiscard]] bool after_refused() {
-        if (tangential < 1.0) {
-            tangential = 1.0;
-            return true;
-        }
-        damping *= damping_growth;
-        return damping <= max_damping;
-    }
 };
 
 class LevelFitter {
@@ -269,9 +237,9 @@ class LevelFitter {
         rounds_ = rounds;
         round_ = 0;
         Projection now = problem.project(points_, nullptr);
-        StepWeights weights{.fairness = fairness};
+        StepWeights weights(points_.rows(), fairness);
         double least = now.energy(now.weights);
-        int little_gains = 0, repeats = 0;
+        int little_gains = 0;
         for (; round_ < rounds; ++round_) {
             poll(0.0);
             if (now.distances.max < convergence_fraction * options_.tolerance_mm && !is_folded(now))
@@ -285,12 +253,14 @@ class LevelFitter {
             Points candidate = points_ + solve(problem, now, regular, weights.damping);
             settle(candidate);
             Projection next = problem.project(candidate, &now);
-            const bool inverts = stiffen(problem, now, next);
-            if (inverts && repeats++ < max_stiffened_repeats) continue;
+            ++level_.projections;
+            const Inversion inversion = inverted_by(problem, now, next);
+            const bool shorter = weights.shorten_at(corners_of(inversion.sites, now.of_curves));
+            if (inversion.more && shorter) continue;
             const double was = now.energy(now.weights), is = next.energy(now.weights);
             const double before = was + problem.regularisation.energy(points_, regular);
             const double after = is + problem.regularisation.energy(candidate, regular);
-            if (inverts || !(after < before) || is > max_energy_growth * least) {
+            if (inversion.more || !(after < before) || is > max_energy_growth * least) {
                 if (!weights.after_refused()) return;
                 continue;
             }
@@ -317,7 +287,7 @@ class LevelFitter {
 
     /// Displacements of the control points.
     Points solve(const StepProblem& problem, const Projection& now,
-                 const RegularisationWeights& regular, double damping) {
+                 const RegularisationWeights& regular, const Eigen::VectorXd& damping) {
         const StepOperator step(problem.samples, now.weights, problem.regularisation.rows(),
                                 regular.rows, damping, problem.constraints);
         step.precondition(preconditioner_);
@@ -342,15 +312,27 @@ class LevelFitter {
         return step.displacements(solution.x);
     }
 
-    /// Whether the step from `now` to `next` inverts samples; these are stiffened.
-    bool stiffen(const StepProblem& problem, const Projection& now, const Projection& next) {
-        ++level_.projections;
-        if (!now.of_curves && !options_.preserve_parametrisation) return false;
-        return stiffen_inverted_faces(problem.regularisation, problem.samples.site_rows(), now,
-                                      next, tangential_scale_mm(), [&](auto first, auto end) {
-                                          return now.of_curves ||
-                                                 !projector_.is_inverted_when_given(first, end);
-                                      });
+    /// Nothing where the given parametrisation is not preserved.
+    [[nodiscard]] Inversion inverted_by(const StepProblem& problem, const Projection& now,
+                                        const Projection& next) const {
+        if (!now.of_curves && !options_.preserve_parametrisation) return {};
+        const auto& rows = problem.samples.site_rows();
+        Inversion inversion = inverted_by_step(rows, now, next);
+        if (!now.of_curves)
+            std::erase_if(inversion.sites, [&](std::size_t site) {
+                return projector_.is_inverted_when_given(rows[site], rows[site + 1]);
+            });
+        return inversion;
+    }
+
+    [[nodiscard]] std::set<VertexId> corners_of(const std::vector<std::size_t>& sites,
+                                                bool of_curves) const {
+        const auto all = of_curves ? projector_.curves().sites : face_sites(topology_);
+        std::set<VertexId> corners;
+        for (const std::size_t site : sites)
+            for (const auto c : topology_.corners(all[site].face))
+                corners.insert(topology_.vertex(c));
+        return corners;
     }
 
     const Topology& topology_;

@@ -54,12 +54,10 @@ double sample_weight(const Projection& p, const Projection* last, Eigen::Index r
     return agreement * std::clamp(usual / std::max(jump, 1e-300), min_sample_weight, 1.0);
 }
 
-bool stiffen_inverted_faces(
-    Regularisation& regularisation, const std::vector<std::int32_t>& rows, const Projection& now,
-    const Projection& next, double scale_mm,
-    const std::function<bool(std::int32_t first, std::int32_t end)>& may_stiffen) {
+Inversion inverted_by_step(const std::vector<std::int32_t>& rows, const Projection& now,
+                           const Projection& next) {
+    Inversion result;
     std::int64_t more = 0;
-    const double miss = now.distances.rms() / scale_mm;
     for (std::size_t site = 0; site + 1 < rows.size(); ++site) {
         bool any = false;
         for (auto i = rows[site]; i < rows[site + 1]; ++i) {
@@ -69,9 +67,10 @@ bool stiffen_inverted_faces(
             if (next.normals.row(i).dot(now.normals.row(i)) < 0.0)
                 more += next.is_inverted(i) ? 1 : -1;
         }
-        if (any && may_stiffen(rows[site], rows[site + 1])) regularisation.stiffen(site, miss);
+        if (any) result.sites.push_back(site);
     }
-    return more > 0;
+    result.more = more > 0;
+    return result;
 }
 
 }  // namespace patchwright::fit

@@ -57,14 +57,14 @@ geom::FootPoint oriented_foot_point(const geom::ReferenceSurface& reference,
 double sample_weight(const Projection& p, const Projection* last, Eigen::Index row, double cosine,
                      double tolerance_mm);
 
-/// Stiffens sites that a step inverts or nearly inverts.
-/// @param rows      first sample of each site, one more than sites
-/// @param scale_mm  of the tangential regularisation
-/// @param may_stiffen  for the samples of a site: whether its given shape is worth preserving
-/// @return whether more samples are inverted than before
-bool stiffen_inverted_faces(
-    Regularisation& regularisation, const std::vector<std::int32_t>& rows, const Projection& now,
-    const Projection& next, double scale_mm,
-    const std::function<bool(std::int32_t first, std::int32_t end)>& may_stiffen);
+/// What a step inverts.
+struct Inversion {
+    std::vector<std::size_t> sites;  ///< inverted or nearly inverted by it
+    bool more = false;               ///< more samples are inverted than before
+};
+
+/// @param rows  first sample of each site, one more than sites
+Inversion inverted_by_step(const std::vector<std::int32_t>& rows, const Projection& now,
+                           const Projection& next);
 
 }  // namespace patchwright::fit

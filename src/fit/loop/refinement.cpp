@@ -196,7 +196,8 @@ mesh::Cage split_strips(const mesh::Cage& cage, const mesh::ChordSplit& fine,
     const SampleWeights stiff{.direction = geom::Points::Zero(bending.rows(), 3),
                               .weight = Eigen::VectorXd::Ones(bending.rows()),
                               .without = std::sqrt(split_bending)};
-    const StepOperator step(samples, weights, bending, stiff, 0.0, pins);
+    const StepOperator step(samples, weights, bending, stiff,
+                            Eigen::VectorXd::Zero(next.points.rows()), pins);
     next.points += step.displacements(
         solve_cgls(
             step, step.right_side(change, geom::Points::Zero(bending.rows(), 3)),

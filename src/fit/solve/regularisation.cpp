@@ -17,10 +17,6 @@ using mesh::Topology;
 
 namespace {
 
-// A site that is about to be inverted has its tangential weight multiplied by this each time, and
-// at most by max_stiffening in all (fit_test: lines that are close).
-constexpr double stiffening_factor = 10.0, max_stiffening = 1e4;
-
 /// Tangential weight of each row: second derivatives in units of the face's widths.
 Eigen::VectorXd tangential_weights(const Topology& topology, const Points& points, double scale) {
     std::vector<double> rows;
@@ -104,13 +100,6 @@ Regularisation Regularisation::of_curves(const Topology& topology,
     Eigen::VectorXd tangential =
         tangential_weights(sites, rows.site_rows(), positions, given, scale);
     return {std::move(rows), std::move(positions), given, std::move(tangential), true};
-}
-
-void Regularisation::stiffen(std::size_t site, double miss) {
-    const double least = std::max(1.0, miss * miss);
-    double& factor = factors_[site];
-    factor = std::max(
-        factor, std::min(std::max(stiffening_factor * factor, least), max_stiffening * least));
 }
 
 void Regularisation::even_out(std::size_t site, double miss) {

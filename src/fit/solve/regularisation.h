@@ -35,14 +35,9 @@ class Regularisation {
                                     double scale);
 
     [[nodiscard]] const subd::LimitOperator& rows() const { return rows_; }
-    /// Increases the tangential weight of a site (of fit::face_sites, or a side) that is about to
-    /// be inverted.
-    /// @param miss  present distance of the fit in units of the scale: tangential motion is to
-    /// count
-    ///              at least as much
-    void stiffen(std::size_t site, double miss);
     /// Makes the parametrisation of a site even in place of the given one, which is folded there.
-    /// @param miss  as for stiffen()
+    /// @param miss  distance in units of the scale as which tangential motion counts there, at
+    ///              least 1
     void even_out(std::size_t site, double miss);
 
     /// For the normals or tangents at these control points.

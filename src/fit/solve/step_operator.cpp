@@ -74,12 +74,12 @@ Eigen::VectorXd largest_squares(const subd::LimitOperator& samples, const Sample
 
 StepOperator::StepOperator(const subd::LimitOperator& samples, const SampleWeights& weights,
                            const subd::LimitOperator& bending, const SampleWeights& stiffness,
-                           double damping, const PointConstraints& constraints)
+                           const Eigen::VectorXd& damping, const PointConstraints& constraints)
     : samples_(samples),
       weights_(weights),
       bending_(bending),
       stiffness_(stiffness),
-      root_damping_(std::sqrt(damping)),
+      root_damping_(damping.cwiseSqrt()),
       constraints_(constraints) {
     const Eigen::VectorXd squares =
         subd::SolverProducts(samples).column_squares() +
@@ -105,7 +105,7 @@ void StepOperator::apply(const Points& x, Points& y) const {
     weigh(weights_, part_, 0, y);
     bending_.apply(moved_, part_);
     weigh(stiffness_, part_, samples_.rows(), y);
-    y.bottomRows(columns()) = root_damping_ * x;
+    y.bottomRows(columns()) = root_damping_.asDiagonal() * x;
 }
 
 void StepOperator::apply_transposed(const Points& y, Points& x) const {
@@ -116,8 +116,8 @@ void StepOperator::apply_transposed(const Points& y, Points& x) const {
     weigh(stiffness_, part_, 0, part_);
     bending_.apply_transposed(part_, sum_);
     gather(x, sum_, [&](Eigen::Index first, auto rows) {
-        rows +=
-            root_damping_ * y.middleRows(samples_.rows() + bending_.rows() + first, rows.rows());
+        rows += root_damping_.segment(first, rows.rows()).asDiagonal() *
+                y.middleRows(samples_.rows() + bending_.rows() + first, rows.rows());
     });
 }
 
@@ -153,15 +153,15 @@ Eigen::Array3d StepOperator::normal_product(const Points& x, Points& t) const {
     Eigen::Array3d norms =
         subd::SolverProducts(samples_).normal_product(moved_, t, weighted(weights_));
     norms += subd::SolverProducts(bending_).normal_product(moved_, sum_, weighted(stiffness_));
-    const double damping = root_damping_ * root_damping_;
     std::vector<Eigen::Array3d> partial(std::size_t(x.rows()) / step_rows_a_task + 1,
                                         Eigen::Array3d::Zero());
     gather(t, sum_, [&](Eigen::Index first, auto rows) {
-        const auto from = x.middleRows(first, rows.rows());
-        rows += damping * from;
-        partial[std::size_t(first) / step_rows_a_task] = from.colwise().squaredNorm().transpose();
+        const auto root = root_damping_.segment(first, rows.rows()).asDiagonal();
+        const Points damped = root * x.middleRows(first, rows.rows());
+        rows += root * damped;
+        partial[std::size_t(first) / step_rows_a_task] = damped.colwise().squaredNorm().transpose();
     });
-    for (const Eigen::Array3d& part : partial) norms += damping * part;
+    for (const Eigen::Array3d& part : partial) norms += part;
     return norms;
 }
 
@@ -192,9 +192,10 @@ Eigen::Array3d StepOperator::normal_residual(const Points& b, const Points& x, P
                                         Eigen::Array3d::Zero());
     const Eigen::Index damped = samples_.rows() + bending_.rows();
     gather(s, sum_, [&](Eigen::Index first, auto rows) {
-        const Points left = b.middleRows(damped + first, rows.rows()) -
-                            root_damping_ * x.middleRows(first, rows.rows());
-        rows += root_damping_ * left;
+        const auto root = root_damping_.segment(first, rows.rows()).asDiagonal();
+        const Points left =
+            b.middleRows(damped + first, rows.rows()) - root * x.middleRows(first, rows.rows());
+        rows += root * left;
         partial[std::size_t(first) / step_rows_a_task] = left.colwise().squaredNorm().transpose();
     });
     for (const Eigen::Array3d& part : partial) norms += part;
@@ -282,7 +283,8 @@ void StepOperator::precondition(MeshPreconditioner& preconditioner) const {
                 block_at(bending_diagonal, bending_off, v).cwiseProduct(by_scale);
             Eigen::Matrix3d all =
                 block_at(sample_diagonal, sample_off, v).cwiseProduct(by_scale) + bending;
-            for (int c = 0; c < 3; ++c) all(c, c) = scale[c] > 0.0 ? all(c, c) : 1.0;
+            for (int c = 0; c < 3; ++c)
+                all(c, c) = scale[c] > 0.0 ? all(c, c) + std::pow(root_damping_[v], 2) : 1.0;
             const geom::SymmetricEigen eigen = geom::symmetric_eigen(all);
             const Eigen::Vector3d lengths =
                 eigen.values.cwiseMax(1e-12 * std::max(1.0, eigen.values[2])).cwiseSqrt();

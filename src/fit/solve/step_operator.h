@@ -27,10 +27,11 @@ struct SampleWeights {
 class StepOperator final : public LinearOperator {
   public:
     /// @param stiffness  of the rows of `bending`
-    /// @param damping    factor of the squared scaled step (Levenberg, Marquardt)
+    /// @param damping    of each control point: factor of its squared scaled step (Levenberg,
+    ///                   Marquardt)
     StepOperator(const subd::LimitOperator& samples, const SampleWeights& weights,
-                 const subd::LimitOperator& bending, const SampleWeights& stiffness, double damping,
-                 const PointConstraints& constraints);
+                 const subd::LimitOperator& bending, const SampleWeights& stiffness,
+                 const Eigen::VectorXd& damping, const PointConstraints& constraints);
 
     [[nodiscard]] Eigen::Index rows() const override;
     [[nodiscard]] Eigen::Index columns() const override { return samples_.columns(); }
@@ -65,7 +66,7 @@ class StepOperator final : public LinearOperator {
     const SampleWeights& weights_;
     const subd::LimitOperator& bending_;
     const SampleWeights& stiffness_;
-    double root_damping_;
+    Eigen::VectorXd root_damping_;
     const PointConstraints& constraints_;
     geom::Points scale_;  // zero where held
     // Products are made one after the other; the buffers spare their allocation.
