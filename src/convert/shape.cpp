@@ -105,7 +105,7 @@ occ::CadModel write_and_read_back(const Shape& shape, base::PendingFile& file,
                                   const occ::WriteOptions& options) {
     occ::write_cad(shape.model, file, options);
     try {
-        return occ::read_cad(file.path(), {.heal = false}).model;
+        return occ::read_cad(file.path(), {.heal = false, .as_written = true}).model;
     } catch (const base::InputError& error) {
         throw base::OutputError(
             fmt::format("{}: what was written cannot be read back, and is not kept: {}",

@@ -1,6 +1,7 @@
 #include "measure/surface_crossing.h"
 
 #include "geom/bvh.h"
+#include "measure/corner_fans.h"
 
 #include <patchwright/base/parallel.h>
 
@@ -29,15 +30,17 @@ std::vector<PairTask> crossing_tasks(const PairSearch::Surfaces& surfaces) {
     }
     if (boxes.empty()) return {};
     const geom::Bvh tree(boxes);
+    const CornerFans fans(surfaces);
     std::vector<std::vector<int>> near(spans.size());
     base::parallel_for(spans.size(), pieces_a_task, [&](std::size_t begin, std::size_t end) {
         for (std::size_t k = begin; k < end; ++k) {
             const geom::Box3& box = boxes[k];
             tree.nearest(box.centre(), 0.5 * box.diagonal(), [&](int other, double bound) {
                 const geom::Box3& b = boxes[std::size_t(other)];
-                if (spans[std::size_t(other)].surface > spans[k].surface &&
-                    (box.min.array() <= b.max.array()).all() &&
-                    (b.min.array() <= box.max.array()).all())
+                const Span &here = spans[k], &there = spans[std::size_t(other)];
+                if (there.surface > here.surface && (box.min.array() <= b.max.array()).all() &&
+                    (b.min.array() <= box.max.array()).all() &&
+                    !fans.share_fan(here.surface, here.number, there.surface, there.number))
                     near[k].push_back(other);
                 return bound;
             });

@@ -46,7 +46,9 @@ class SurfacePieces {
 
     [[nodiscard]] const geom::BsplineSurface& surface() const { return surface_; }
     [[nodiscard]] int span_count() const { return span_count_; }
-    /// The first ones are the spans.
+    [[nodiscard]] int spans_u() const { return span_count_ / int(spans_v_); }
+    [[nodiscard]] int spans_v() const { return int(spans_v_); }
+    /// The first ones are the spans, span (i, j) of u and v is i * spans_v() + j.
     [[nodiscard]] const BezierPiece& piece(int number) const {
         return pieces_[std::size_t(number)];
     }

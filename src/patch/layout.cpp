@@ -220,10 +220,11 @@ class ChartCollector {
     std::vector<char> done_;
 };
 
-std::pair<Chart, Chart> halves(const Chart& chart, bool by_columns) {
+/// Before and from the column or row `at`.
+std::pair<Chart, Chart> cut(const Chart& chart, bool by_columns, int at) {
     Chart first, second;
-    const int columns = by_columns ? chart.columns / 2 : chart.columns;
-    const int rows = by_columns ? chart.rows : chart.rows / 2;
+    const int columns = by_columns ? at : chart.columns;
+    const int rows = by_columns ? chart.rows : at;
     first.columns = columns;
     first.rows = rows;
     second.columns = by_columns ? chart.columns - columns : columns;
@@ -259,11 +260,75 @@ void separate(const Topology& t, std::vector<Chart>& charts) {
             ++k;
             continue;
         }
-        auto [first, second] = halves(charts[k], *by_columns);
+        const int half = (*by_columns ? charts[k].columns : charts[k].rows) / 2;
+        auto [first, second] = cut(charts[k], *by_columns, half);
         charts[k] = std::move(first);
         charts.push_back(std::move(second));
     }
 }
+
+/// Edges of a chart's sides together. What programs repair and check when they read a face takes
+/// time in proportion to the square of their number.
+constexpr std::size_t most_edges = 64;
+
+/// Cuts charts whose sides have more edges, where a corner of another chart is.
+class EdgeLimiter {
+  public:
+    EdgeLimiter(const Topology& t, std::vector<Chart>& charts)
+        : t_(t), charts_(charts), is_end_(std::size_t(t.vertex_count()), 0) {
+        for (const Chart& chart : charts) mark(chart);
+    }
+
+    void run() {
+        bool is_changed = true;  // cuts give neighbours more edges
+        while (is_changed) {
+            is_changed = false;
+            for (std::size_t k = 0; k < charts_.size(); ++k) is_changed |= limit(k);
+        }
+    }
+
+  private:
+    void mark(const Chart& chart) {
+        for (int side = 0; side < 4; ++side)
+            is_end_[t_.vertex(chart.side(t_, side).front()).index()] = 1;
+    }
+
+    /// Places along the side, in faces.
+    [[nodiscard]] std::vector<int> inner_ends(const Chart& chart, int side) const {
+        const std::vector<CornerId> half_edges = chart.side(t_, side);
+        std::vector<int> ends;
+        for (std::size_t k = 1; k < half_edges.size(); ++k)
+            if (is_end_[t_.vertex(half_edges[k]).index()] != 0) ends.push_back(int(k));
+        return ends;
+    }
+
+    bool limit(std::size_t k) {
+        int fullest = 0;
+        std::vector<int> most;
+        std::size_t edges = 0;
+        for (int side = 0; side < 4; ++side) {
+            std::vector<int> ends = inner_ends(charts_[k], side);
+            edges += ends.size() + 1;
+            if (ends.size() <= most.size()) continue;
+            fullest = side;
+            most = std::move(ends);
+        }
+        if (edges <= most_edges) return false;
+        const bool by_columns = fullest % 2 == 0;
+        const int length = by_columns ? charts_[k].columns : charts_[k].rows;
+        const int middle = most[most.size() / 2];
+        auto [first, second] = cut(charts_[k], by_columns, fullest < 2 ? middle : length - middle);
+        mark(second);
+        mark(first);
+        charts_[k] = std::move(first);
+        charts_.push_back(std::move(second));
+        return true;
+    }
+
+    const Topology& t_;
+    std::vector<Chart>& charts_;
+    std::vector<char> is_end_;  ///< corners of charts, by vertex
+};
 
 }  // namespace
 
@@ -309,6 +374,7 @@ std::vector<Chart> cover(const Topology& t, Covering covering) {
     }
     charts = ChartCollector(t).run();
     separate(t, charts);
+    EdgeLimiter(t, charts).run();
     return charts;
 }
 

@@ -27,7 +27,8 @@ struct Chart {
 /// face is followed straight on. Those that run into each other become borders first, shortest
 /// first, unless one before is in their way; the others stop at the first border. Each border that
 /// ends on another costs half a chart wherever it ends, so that only the first step decides about
-/// the number. Rings are cut. Charts are in the order of their first face.
+/// the number. Rings are cut, and so are charts that many others end on, so that no patch has more
+/// than 64 edges. Charts are in the order of their first face, those cut off last.
 /// Source: the motorcycle graph of Eppstein, Goodrich, Kim, Tamstorf, Motorcycle graphs: canonical
 /// quad mesh partitioning (2008), with saddle connections first.
 std::vector<Chart> cover(const mesh::Topology& t, Covering covering);

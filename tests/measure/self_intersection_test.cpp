@@ -208,6 +208,29 @@ TEST_CASE("a narrow face of a fan that passes through its neighbour", "[measure]
     CHECK(std::atan2(hits[0].point.y(), hits[0].point.x()) == Approx(width * 41));
 }
 
+TEST_CASE("faces twice around a corner cross though each of its turns is sound",
+          "[measure][oracle]") {
+    constexpr int faces = 64;
+    constexpr double width = 4 * M_PI / faces;
+    // z = r sin(a / 2) / 2 over two turns: the sheets meet at angle 0 only.
+    const auto face = [](double middle) {
+        const auto at = [&](double radius, double side) {
+            const double a = middle + 0.5 * width * side;
+            return Vec3(radius * std::cos(a), radius * std::sin(a), 0.5 * radius * std::sin(a / 2));
+        };
+        const Vec3 right = at(100.0, -1.0), left = at(100.0, 1.0), far = at(130.0, 0.0);
+        return spline_surface(1, 1, [=](double u, double v) {
+            return Vec3(u * (1 - v) * right + u * v * far + (1 - u) * v * left);
+        });
+    };
+    std::vector<geom::BsplineSurface> turns;
+    for (int k = 0; k < faces; ++k) turns.push_back(face(width * k));
+    const auto hits = find_self_intersections(turns, 0.01);
+    REQUIRE(hits.size() == 1);
+    CHECK(hits[0].surfaces == std::array{0, faces / 2});
+    CHECK(std::abs(hits[0].point.y()) < 0.01);
+}
+
 TEST_CASE("the place of a self-intersection does not depend on threads", "[measure]") {
     const auto crossing = wing(20.0, -100.0, 0.0);
     const std::vector<geom::BsplineSurface> surfaces(3, crossing);

@@ -81,9 +81,13 @@ TEST_CASE("inside-out patches still make a solid of positive volume", "[occ]") {
     for (const char* name : {"patchwright_turned.step", "patchwright_turned.igs"}) {
         const auto file = std::filesystem::temp_directory_path() / name;
         occ::write_cad(model, file);
-        const auto back = occ::inspect(occ::read_cad(file, {.heal = false}).model);
+        for (const bool as_written : {false, true}) {
+            const auto read = occ::read_cad(file, {.heal = false, .as_written = as_written});
+            const auto back = occ::inspect(read.model);
+            CHECK(back.volume_mm3 == Approx(8.0));
+            CHECK(back.valid);
+        }
         std::filesystem::remove(file);
-        CHECK(back.volume_mm3 == Approx(8.0));
     }
 }
 

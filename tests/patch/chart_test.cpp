@@ -6,6 +6,9 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
+#include <cmath>
+
 using namespace patchwright;
 
 namespace {
@@ -92,4 +95,37 @@ TEST_CASE("long sides are split where corners of others meet them", "[patch]") {
               patch::extract(cage, {.covering = patch::Covering::Faces}).patches.patches.size());
     }
     CHECK(split_sides > 0);
+}
+
+TEST_CASE("charts that many others end on are cut", "[patch]") {
+    // A prism of 100 sides with sharp rims: 100 patches a cap, and a side that is regular.
+    constexpr int sides = 100;
+    std::vector<geom::Vec3> points;
+    std::vector<std::vector<int>> faces(2);
+    mesh::TopologyInput tags;
+    for (const int ring : {0, 1}) {
+        for (int k = 0; k < sides; ++k) {
+            const double a = 2 * M_PI * k / sides;
+            points.emplace_back(std::cos(a), std::sin(a), ring);
+            tags.creases.push_back(
+                {ring * sides + k, ring * sides + (k + 1) % sides, mesh::infinite_sharpness});
+            faces[std::size_t(ring)].push_back(ring == 0 ? sides - 1 - k : sides + k);
+        }
+    }
+    for (int k = 0; k < sides; ++k) {
+        const int on = (k + 1) % sides;
+        faces.push_back({k, on, sides + on, sides + k});
+    }
+    const auto set = patch::extract(test::make_cage(points, faces, tags)).patches;
+    std::vector<int> uses(set.edges.size(), 0);
+    for (const patch::Patch& patch : set.patches) {
+        std::size_t edges = 0;
+        for (const auto& side : patch.sides) {
+            edges += side.size();
+            for (const patch::EdgeUse& use : side) ++uses[std::size_t(use.edge)];
+        }
+        CHECK(edges <= 64);
+    }
+    CHECK(std::all_of(uses.begin(), uses.end(), [](int count) { return count == 2; }));
+    CHECK(set.patches.size() < 1.1 * 2 * sides);
 }

@@ -93,6 +93,8 @@ struct ReadOptions {
     std::optional<base::LengthUnit> unit;  ///< overrides what the file says; BREP: none is mm
     bool allow_loss = false;  ///< entities that give no faces are in the report, not an error
     bool heal = true;         ///< sew loose faces, orient shells; false: as is
+    /// STEP: without the repairs that the kernel makes of its own, for what has been written here.
+    bool as_written = false;
     /// Upper bound for the sewing tolerance as a fraction of the diagonal. Above 1e-4 gaps are
     /// closed only if nothing stays open then.
     double max_sewing_tolerance_rel = 1e-3;

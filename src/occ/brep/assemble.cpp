@@ -7,6 +7,7 @@
 #include <patchwright/occ/assemble.h>
 
 #include <BRep_Builder.hxx>
+#include <Geom2d_BSplineCurve.hxx>
 #include <Geom2d_Line.hxx>
 #include <Geom_BSplineCurve.hxx>
 #include <Geom_BSplineSurface.hxx>
@@ -14,6 +15,7 @@
 #include <TColStd_Array1OfInteger.hxx>
 #include <TColStd_Array1OfReal.hxx>
 #include <TColgp_Array1OfPnt.hxx>
+#include <TColgp_Array1OfPnt2d.hxx>
 #include <TColgp_Array2OfPnt.hxx>
 #include <TopExp.hxx>
 #include <TopTools_IndexedMapOfShape.hxx>
@@ -78,6 +80,18 @@ Handle(Geom_BSplineSurface) to_kernel(const geom::BsplineSurface& surface) {
     const KnotTable v(surface.knots_v);
     return new Geom_BSplineSurface(poles, u.values, v.values, u.multiplicities, v.multiplicities, 3,
                                    3);
+}
+
+Handle(Geom2d_Curve) segment(const gp_Pnt2d& from, const gp_Pnt2d& to, double begin, double end) {
+    TColgp_Array1OfPnt2d poles(1, 2);
+    poles(1) = from;
+    poles(2) = to;
+    TColStd_Array1OfReal knots(1, 2);
+    knots(1) = begin;
+    knots(2) = end;
+    TColStd_Array1OfInteger multiplicities(1, 2);
+    multiplicities.Init(2);
+    return new Geom2d_BSplineCurve(poles, knots, multiplicities, 1);
 }
 
 GeomAbs_Shape kernel_continuity(patch::EdgeContinuity continuity) {
@@ -216,7 +230,8 @@ class Assembler {
     }
 
     /// The p-curves of a side are straight; an edge's curve has the side's own parameter, or runs
-    /// against it, over a share of the side that is as long as the edge's range.
+    /// against it, over a share of the side that is as long as the edge's range. Those of parts of
+    /// a side are bounded: readers project an edge's ends onto all of a line over the surface.
     void add_side(const patch::Patch& patch, int side, const TopoDS_Face& face, TopoDS_Wire& wire) {
         const auto& s = patch.surface;
         const double u0 = s.knots_u.front(), u1 = s.knots_u.back();
@@ -231,10 +246,16 @@ class Assembler {
             // The point of the side at the edge's own start, moved back to parameter 0.
             const double start = use.reversed ? done + length : done;
             const gp_Pnt2d at = corners[side].Translated(gp_Vec2d(along) * start);
-            const gp_Pnt2d origin = at.Translated(gp_Vec2d(direction) * -edge.curve.begin());
+            Handle(Geom2d_Curve) line;
+            if (patch.sides[std::size_t(side)].size() > 1) {
+                line = segment(at, at.Translated(gp_Vec2d(direction) * length), edge.curve.begin(),
+                               edge.curve.end());
+            } else {
+                line = new Geom2d_Line(at.Translated(gp_Vec2d(direction) * -edge.curve.begin()),
+                                       direction);
+            }
             TopoDS_Edge& made = edges_[std::size_t(use.edge)];
-            builder_.UpdateEdge(made, new Geom2d_Line(origin, direction), face,
-                                Precision::Confusion());
+            builder_.UpdateEdge(made, line, face, Precision::Confusion());
             builder_.Range(made, face, edge.curve.begin(), edge.curve.end());
             builder_.Add(wire, made.Oriented(use.reversed ? TopAbs_REVERSED : TopAbs_FORWARD));
             done += length;

@@ -7,6 +7,8 @@
 #include <Message.hxx>
 #include <Message_Messenger.hxx>
 #include <STEPControl_Controller.hxx>
+#include <TopoDS_Shape.hxx>
+#include <XSAlgo.hxx>
 #include <fmt/format.h>
 
 #include <iostream>
@@ -19,6 +21,17 @@ std::mutex& exchange_mutex() {
     static std::mutex mutex;
     return mutex;
 }
+
+class LeavingShapes : public XSAlgo_AlgoContainer {
+  public:
+    TopoDS_Shape ProcessShape(const TopoDS_Shape& shape, double /*precision*/, double /*most*/,
+                              Standard_CString /*resource*/, Standard_CString /*sequence*/,
+                              Handle(Standard_Transient) & /*info*/,
+                              const Message_ProgressRange& /*progress*/,
+                              bool /*non_manifold*/) const override {
+        return shape;
+    }
+};
 
 }  // namespace
 
@@ -37,13 +50,17 @@ ExchangeSession::ExchangeSession() : lock_(exchange_mutex()) {
     STEPControl_Controller::Init();
     IGESControl_Controller::Init();
     set("xstep.cascade.unit", "MM");
+    algorithms_ = XSAlgo::AlgoContainer();
 }
 
 ExchangeSession::~ExchangeSession() {
+    XSAlgo::SetAlgoContainer(algorithms_);
     for (auto saved = saved_.rbegin(); saved != saved_.rend(); ++saved) {
         Interface_Static::SetCVal(saved->parameter.c_str(), saved->value.c_str());
     }
 }
+
+void ExchangeSession::leave_shapes() { XSAlgo::SetAlgoContainer(new LeavingShapes); }
 
 void ExchangeSession::save(const std::string& parameter) {
     if (!Interface_Static::IsPresent(parameter.c_str())) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Message_SequenceOfPrinters.hxx>
+#include <XSAlgo_AlgoContainer.hxx>
 
 #include <mutex>
 #include <streambuf>
@@ -23,6 +24,9 @@ class ExchangeSession {
     /// @throw InvalidArgument when the kernel does not know the parameter or refuses the value
     void set(const std::string& parameter, const std::string& value);
     void set(const std::string& parameter, int value);
+    /// What is read stays as it is translated: the kernel's fixes (ShapeFix) are left out, which
+    /// take time in proportion to the square of the edges of a face.
+    void leave_shapes();
 
   private:
     struct Saved {
@@ -38,6 +42,7 @@ class ExchangeSession {
         Message_SequenceOfPrinters printers;
     } muted_;
     std::vector<Saved> saved_;
+    Handle(XSAlgo_AlgoContainer) algorithms_;  ///< the kernel's
 };
 
 }  // namespace patchwright::occ

@@ -101,6 +101,7 @@ void transfer_roots(XSControl_Reader& reader, const base::Progress& progress) {
 Transfer read_step(const Path& path, const ReadOptions& options, ReadReport& report) {
     const std::string text = check_step_file(path);
     ExchangeSession session;
+    if (options.as_written) session.leave_shapes();
     STEPControl_Reader reader;
     if (reader.ReadFile(path.c_str()) != IFSelect_RetDone) {
         refuse(path, "is not readable as STEP; the CAD kernel finds errors of syntax");
