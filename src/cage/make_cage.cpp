@@ -137,7 +137,7 @@ Blocks remeshed(const SurfaceBody& body, const CageSource& source, const CageOpt
     remeshing.size.scale = scale;
     remeshing.size.finer_at = options.finer_at;
     remesh(mesh, source.reference, remeshing, source.poll);
-    return quad_blocks(mesh, source.reference.features(), source.names);
+    return quad_blocks(mesh, source.reference, source.names, source.poll);
 }
 
 std::vector<Blocks> all_remeshed(const geom::SurfaceMesh& surface, const CageSource& source,

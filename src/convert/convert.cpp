@@ -124,7 +124,8 @@ class AttemptRunner {
         const Growth growth = growth_of(attempt.kind, attempt.cage.topology->face_count());
         fit::FitOptions fitting{
             .tolerance_mm = (1.0 - caps_share) * attempt.plan.fit_share * options_.tolerance_mm,
-            .refinement = options_.refinement,
+            .refinement = attempt.kind == CageKind::Remeshed ? fit::RefinementScope::Global
+                                                             : options_.refinement,
             .max_levels = options_.max_levels.value_or(growth.levels),
             .max_vertices = growth.vertices,
             .preserve_parametrisation = attempt.plan.preserve_parametrisation,

@@ -13,8 +13,6 @@ constexpr double far_off = 10.0;
 /// Another cage of the same kind is made while the last one reduced the worst excess at least so
 /// far; halved edges reduce it to a quarter or less where more control points are what is missing.
 constexpr double least_gain = 0.8;
-/// Blocks are made finer only up to so many faces: a layout of more is not simple any more.
-constexpr int few_faces = 500;
 /// Of the diagonal: balls around places that miss, in which a remeshed cage gets shorter edges.
 constexpr double ball_radius_rel = 0.04;
 /// Places count that have used up so much of the tolerance: their neighbourhood may miss.
@@ -27,12 +25,6 @@ constexpr double least_fit_share = 0.5;
 double worst_excess(const Attempt& attempt) {
     const measure::Condition* worst = attempt.verdict.worst();
     return worst == nullptr ? 1.0 : measure::excess(*worst);
-}
-
-bool misses(const Attempt& attempt, measure::Requirement requirement) {
-    const auto& conditions = attempt.verdict.conditions;
-    return std::any_of(conditions.begin(), conditions.end(),
-                       [&](const auto& c) { return c.requirement == requirement && !c.met; });
 }
 
 /// Near enough, but with folds, kinks or loops: those that are smaller than the tolerance go away
@@ -86,6 +78,17 @@ std::vector<geom::Vec3> places_that_miss(const Attempt& attempt, const ConvertOp
     return places;
 }
 
+/// Whether an attempt misses outside the balls in which its cage has been made finer.
+bool misses_elsewhere(const Attempt& attempt, const ConvertOptions& options, double diagonal) {
+    const auto places = places_that_miss(attempt, options, diagonal);
+    return std::any_of(places.begin(), places.end(), [&](const geom::Vec3& place) {
+        for (const cage::FinerRegion& region : attempt.plan.cage.finer_at)
+            for (const cage::FinerRegion::Ball& ball : region.balls)
+                if ((place - ball.centre).norm() < ball.radius_mm) return false;
+        return true;
+    });
+}
+
 /// A remeshed cage with shorter edges around the places that miss; nothing when there are none.
 std::optional<AttemptPlan> finer_remeshed(const Attempt& last, const ConvertOptions& options,
                                           double diagonal) {
@@ -117,14 +120,14 @@ std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
     }
     const Attempt& last = attempts.back();
     if (last.verdict.met() || options.cage) return std::nullopt;
-    if (last.kind != CageKind::Remeshed && misses_shape_only(last) &&
+    if (last.kind == CageKind::Sections && misses_shape_only(last) &&
         last.plan.fit_share > least_fit_share) {
         AttemptPlan nearer = last.plan;
         nearer.fit_share *= 0.5;
         return nearer;
     }
     // The form of a cage's lines keeps faces from folding; where it keeps the fit from coming near,
-    // it goes. Blocks that are not near have another reason.
+    // it goes.
     if (last.kind == CageKind::Sections && last.plan.preserve_parametrisation) {
         AttemptPlan free = last.plan;
         free.preserve_parametrisation = false;
@@ -143,13 +146,13 @@ std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
             if (worst_excess(best) <= far_off && gained(attempts)) return finer;
             return may_remesh ? std::optional(remeshed) : std::nullopt;
         case CageKind::Blocks:
-            // Blocks that lose sharp curves lack lines where the model has some.
-            if (!misses(best, measure::Requirement::SharpCurves) && gained(attempts) &&
-                last.cage.topology->face_count() < few_faces)
-                return finer;
-            return may_remesh ? std::optional(remeshed) : std::nullopt;
+            // Where blocks miss, finer ones do too: faces that follow the shape are needed.
+            if (may_remesh) return remeshed;
+            return gained(attempts) ? std::optional(finer) : std::nullopt;
         case CageKind::Remeshed:
-            return gained(attempts) ? finer_remeshed(best, options, diagonal) : std::nullopt;
+            return gained(attempts) || misses_elsewhere(best, options, diagonal)
+                       ? finer_remeshed(best, options, diagonal)
+                       : std::nullopt;
     }
     return std::nullopt;
 }

@@ -127,6 +127,42 @@ TEST_CASE("concave corners of remeshed cages have three faces", "[layout][mesh]"
     }
 }
 
+TEST_CASE("few triangles are left in remeshed cages", "[layout][mesh]") {
+    const geom::MeshReference shapes[] = {
+        geom::MeshReference(test::triangle_sphere(50.0, 64)),
+        geom::MeshReference(test::triangle_cylinder(20.0, 60.0, 64)),
+        geom::MeshReference(test::triangle_bracket(60.0, 30.0, 15.0))};
+    for (const geom::MeshReference& shape : shapes) {
+        const auto made = cage::make_cage(shape, {.method = cage::Method::Remesh});
+        const mesh::Topology& t = *made.cage.topology;
+        int triangles = 0, faces = 0;
+        for (const mesh::FaceId f : t.faces()) {
+            triangles += t.size(f) == 3 ? 1 : 0;
+            ++faces;
+        }
+        // One a region where its triangles are an odd number; pairing alone leaves a third.
+        CHECK(triangles <= faces / 8);
+    }
+}
+
+TEST_CASE("vertices stay evenly spread along closed curves", "[layout][mesh][oracle]") {
+    // Rims of slim ellipses: vertices must not gather at one of their ends. Edges span 84 degrees
+    // at most: 63 by the size field, a third more until they are split.
+    constexpr double radius = 20.0, flattening = 0.35;
+    geom::TriangleMesh tube = test::triangle_cylinder(radius, 60.0, 64);
+    tube.points.col(1) *= flattening;
+    const geom::MeshReference reference(tube);
+    const auto made = cage::make_cage(reference, {.method = cage::Method::Remesh});
+    const mesh::Topology& t = *made.cage.topology;
+    const auto tangent = [&](mesh::VertexId v) {
+        const auto p = made.cage.points.row(v.value);
+        return geom::Vec3(-p.y() / flattening, p.x() * flattening, 0.0);
+    };
+    for (const mesh::EdgeId e : t.edges())
+        if (t.tagged_sharpness(e) > 0.0)
+            CHECK(geom::angle_between(tangent(t.start(e)), tangent(t.end(e))) < 1.5);
+}
+
 TEST_CASE("a triangulated cylinder keeps its two rims", "[layout][mesh][oracle]") {
     constexpr double radius = 20.0, height = 60.0;
     constexpr int around = 64;

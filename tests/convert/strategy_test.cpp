@@ -175,15 +175,16 @@ TEST_CASE("a recognised shape that is far off is none", "[convert]") {
     CHECK_FALSE(convert::choose_next({attempt(free, CageKind::Sections, 11.0)}, aligned, diagonal));
 }
 
-TEST_CASE("blocks that lose sharp curves are remeshed, others get finer", "[convert]") {
+TEST_CASE("blocks that miss are remeshed, unless the user has asked for blocks", "[convert]") {
     const AttemptPlan blocks = *convert::choose_next({}, made(), diagonal);
-    Attempt a = attempt(blocks, CageKind::Blocks, 2.0);
-    CHECK(convert::choose_next({a}, made(), diagonal)->cage.fineness == 2.0);
-    a.deviation.long_sharp->missed.push_back({.length = 50.0, .distance = 1.0});
-    a.verdict = convert::assess(a, solid(), tolerance);
+    const Attempt a = attempt(blocks, CageKind::Blocks, 2.0);
     const auto next = convert::choose_next({a}, made(), diagonal);
+    REQUIRE(next.has_value());
     CHECK(next->cage.method == cage::Method::Remesh);
     CHECK(next->cage.fineness == 1.0);
+    convert::ConvertOptions aligned = made();
+    aligned.method = cage::Method::Aligned;
+    CHECK(convert::choose_next({a}, aligned, diagonal)->cage.fineness == 2.0);
 }
 
 TEST_CASE("remeshed cages get shorter edges where they miss, while that helps", "[convert]") {
@@ -196,6 +197,12 @@ TEST_CASE("remeshed cages get shorter edges where they miss, while that helps", 
     CHECK_FALSE(attempts.back().plan.same_cage(attempts.front().plan));
     attempts.push_back(next_of(attempts, CageKind::Remeshed, 1.9));
     CHECK_FALSE(convert::choose_next(attempts, made(), diagonal).has_value());
+    // Elsewhere it may help.
+    for (measure::Condition& condition : attempts.back().verdict.conditions)
+        if (!condition.met) condition.at = geom::Vec3(-50, 0, 0);
+    const auto elsewhere = convert::choose_next(attempts, made(), diagonal);
+    REQUIRE(elsewhere.has_value());
+    CHECK(elsewhere->cage.finer_at.size() == 3);
 }
 
 TEST_CASE("the best attempt is the first of equal ones", "[convert]") {

@@ -102,7 +102,7 @@ void add_fit_options(CLI::App& command, FitArguments& options) {
         command, "--refine", options.refinement,
         {{"local", RefinementScope::Local}, {"global", RefinementScope::Global}},
         "where the cage is too coarse: local (strips of quads there are split lengthwise) or "
-        "global (every face in four)");
+        "global (every face in four, as remeshed cages always are)");
     add_choice<Symmetry>(command, "--symmetry", options.symmetry,
                          {{"detect", Symmetry::Detect},
                           {"x", Symmetry::X},

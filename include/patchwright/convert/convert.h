@@ -22,6 +22,7 @@ struct ConvertOptions {
     std::optional<mesh::Cage> cage;
     cage::Method method = cage::Method::Auto;  ///< of made cages
     std::optional<int> target_faces;           ///< of made cages, about
+    /// Of cages whose quads lie in strips; remeshed ones are always refined globally.
     fit::RefinementScope refinement = fit::RefinementScope::Local;
     fit::Symmetry symmetry = fit::Symmetry::Detect;
     std::optional<int> max_levels;  ///< of the fit; none: as the kind of cage asks for

@@ -1,5 +1,7 @@
 #include "cage/remesh/remesh.h"
 
+#include "cage/remesh/quad_shape.h"
+#include "cage/remesh/sectors.h"
 #include "geom/angle.h"
 
 #include <Eigen/Geometry>
@@ -75,7 +77,7 @@ class Remeshing {
         collapse_short();
         flip_all();
         relax_all();
-        open_ears();
+        open_corners();
     }
 
   private:
@@ -266,21 +268,29 @@ class Remeshing {
         }
     }
 
-    /// A triangle alone on its side of a smooth curve gets a second one next to it: with one face
-    /// there the limit surface would have no tangent plane.
-    void open_ears() {
+    /// Divides triangles at feature curves and corners where the faces between two features would
+    /// be too few or too wide for the limit surface, across the side that faces the vertex.
+    void open_corners() {
+        const Sectors sectors = sectors_of(mesh_);
+        std::vector<int> added(sectors.sectors.size(), 0);
         const int count = mesh_.triangle_count();
         for (int t = 0; t < count; ++t) {
-            for (int k = 0; k < 3 && mesh_.alive(t); ++k) {
-                const auto& c = mesh_.triangle(t);
+            const std::array<int, 3> c = mesh_.triangle(t);
+            for (int k = 0; k < 3 && mesh_.alive(t) && mesh_.triangle(t) == c; ++k) {
                 const int tip = c[std::size_t(k)], a = c[std::size_t((k + 1) % 3)],
                           b = c[std::size_t((k + 2) % 3)];
-                if (mesh_.curve(t, k) < 0 || mesh_.curve(t, (k + 2) % 3) < 0 ||
-                    mesh_.kind(tip) != geom::VertexKind::Curve)
+                const int number = sectors.of_corner[std::size_t(t)][std::size_t(k)];
+                const FaceSector& sector = sectors.sectors[std::size_t(number)];
+                const double angle = mesh_.corner_angle(t, k);
+                const bool few = sector.faces + added[std::size_t(number)] < sector.least &&
+                                 angle * sector.faces >= sector.angle_rad;
+                if (mesh_.kind(tip) == geom::VertexKind::Smooth ||
+                    mesh_.sides(a, b).triangle[1] < 0)
                     continue;
-                if (mesh_.curve(t, (k + 1) % 3) >= 0 || mesh_.sides(a, b).triangle[1] < 0) continue;
+                if (!few && is_even_enough(mesh_.kind(tip), angle, sector.angle_rad)) continue;
                 mesh_.split(a, b, middle(a, b));
                 size_.add_vertex(a, b);
+                ++added[std::size_t(number)];
             }
         }
     }
@@ -304,17 +314,14 @@ class Remeshing {
         if (kind == geom::VertexKind::Fixed) return std::nullopt;
         if (kind == geom::VertexKind::Curve) {
             const auto next = mesh_.feature_neighbours(v);
-            // Lengths to both sides in the ratio of the sizes wanted there.
+            // Ways to both sides in the ratio of the sizes wanted there.
             const double s0 = size_.at(next[0]), s1 = size_.at(next[1]);
-            const Vec3 p = (s1 * mesh_.point(next[0]) + s0 * mesh_.point(next[1])) / (s0 + s1);
-            // Between its neighbours: the nearest point of all may be on a slim loop's other side.
             const int curve = mesh_.curve_at(v);
             const double here = arc_at(curve, v);
             const double a = way(curve, here, arc_at(curve, next[0]));
             const double b = way(curve, here, arc_at(curve, next[1]));
             if (!(a * b < 0.0)) return std::nullopt;
-            const geom::ArcRange between{here + std::min(a, b), here + std::max(a, b)};
-            return reference_.nearest_on_curve(curve, p, between).point;
+            return reference_.point_on_curve(curve, here + (s1 * a + s0 * b) / (s0 + s1)).point;
         }
         Vec3 sum = Vec3::Zero();
         double weight = 0.0;

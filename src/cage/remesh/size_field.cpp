@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace patchwright::cage {
 
@@ -73,10 +74,11 @@ SizeField::SizeField(const geom::EditableMesh& mesh, const geom::ModelSurface& r
         const std::size_t count = std::min(vertices_at_once, size_.size() - start);
         base::parallel_for(count, 64, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = start + first; i < start + last; ++i)
-                if (mesh_.vertex_alive(int(i))) size_[i] = factor_at(int(i)) * by_curvature(int(i));
+                if (mesh_.vertex_alive(int(i))) size_[i] = by_curvature(int(i));
         });
     }
     limit_growth();
+    add_finer_regions();
     for (double& s : size_) s *= options.scale;
 }
 
@@ -96,19 +98,48 @@ double SizeField::by_curvature(int v) const {
     return c.closed ? std::min(size, c.length / fewest_edges_of_loop) : size;
 }
 
-double SizeField::factor_at(int v) const {
-    double factor = 1.0;
-    for (const FinerRegion& region : options_.finer_at)
-        if (std::any_of(region.balls.begin(), region.balls.end(), [&](const FinerRegion::Ball& b) {
-                return (mesh_.point(v) - b.centre).norm() < b.radius_mm;
-            }))
-            factor *= region.edge_length_factor;
-    return factor;
+double SizeField::near_finer_regions(int v, double size,
+                                     const std::vector<FinerBall>& balls) const {
+    bool inside = false;
+    double most = std::numeric_limits<double>::infinity();
+    for (const FinerBall& finer : balls) {
+        const double distance = (mesh_.point(v) - finer.ball.centre).norm();
+        inside = inside || distance < finer.ball.radius_mm;
+        most = std::min(most, finer.size + options_.growth * distance);
+    }
+    return std::min(inside ? balls.front().factor * size : size, most);
+}
+
+double SizeField::near_finer_regions(int v, double size) const {
+    for (const std::vector<FinerBall>& balls : finer_) size = near_finer_regions(v, size, balls);
+    return size;
+}
+
+void SizeField::add_finer_regions() {
+    for (const FinerRegion& region : options_.finer_at) {
+        if (region.balls.empty()) continue;
+        // Edges may be longer than balls are wide: then it is the middle that counts.
+        std::vector<FinerBall> balls;
+        for (const FinerRegion::Ball& ball : region.balls) {
+            double nearest = std::numeric_limits<double>::infinity(), size = nearest;
+            for (int v = 0; v < mesh_.vertex_count(); ++v) {
+                const double distance = (mesh_.point(v) - ball.centre).norm();
+                if (!mesh_.vertex_alive(v) || distance >= nearest) continue;
+                nearest = distance;
+                size = at(v);
+            }
+            const double factor = region.edge_length_factor;
+            balls.push_back({ball, factor, factor * size});
+        }
+        for (int v = 0; v < mesh_.vertex_count(); ++v)
+            size_[std::size_t(v)] = near_finer_regions(v, at(v), balls);
+        finer_.push_back(std::move(balls));
+    }
 }
 
 void SizeField::add_vertex(int a, int b) {
     const int v = mesh_.vertex_count() - 1;
-    double size = options_.scale * factor_at(v) * by_curvature(v);
+    double size = options_.scale * near_finer_regions(v, by_curvature(v));
     for (const int end : {a, b})
         size =
             std::min(size, at(end) + options_.growth * (mesh_.point(v) - mesh_.point(end)).norm());

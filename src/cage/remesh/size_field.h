@@ -20,8 +20,8 @@ double angle_of_edge(double tolerance_rel, double diagonal, double curvature);
 struct SizeOptions {
     double tolerance_rel = 1e-3;  ///< of the diagonal: what the cage is to be fitted to
     double least_rel = 8e-3;      ///< of the diagonal: shortest edge asked for
-    double largest_rel = 0.12;    ///< of the diagonal: longest
-    double growth = 0.6;          ///< by how much the length may grow per length of way
+    double largest_rel = 0.25;    ///< of the diagonal: longest
+    double growth = 0.8;          ///< by how much the length may grow per length of way
     double fineness = 1.0;        ///< divides lengths by curvature and the shortest one
     double scale = 1.0;           ///< multiplies all lengths
     std::vector<FinerRegion> finer_at;
@@ -41,12 +41,21 @@ class SizeField {
 
   private:
     [[nodiscard]] double by_curvature(int v) const;
-    [[nodiscard]] double factor_at(int v) const;
+    /// A ball of a FinerRegion, and the length that it asks for at its middle.
+    struct FinerBall {
+        FinerRegion::Ball ball;
+        double factor, size;
+    };
+    [[nodiscard]] double near_finer_regions(int v, double size,
+                                            const std::vector<FinerBall>& balls) const;
+    [[nodiscard]] double near_finer_regions(int v, double size) const;
+    void add_finer_regions();
 
     const geom::EditableMesh& mesh_;
     const geom::ModelSurface& reference_;
     SizeOptions options_;
     std::vector<double> size_;
+    std::vector<std::vector<FinerBall>> finer_;  ///< one a region
 };
 
 }  // namespace patchwright::cage

@@ -17,9 +17,11 @@ using mesh::Topology;
 
 namespace {
 
-/// Tangential weight of each row: second derivatives in units of the face's widths.
+/// Tangential weight of each row: second derivatives in units of the face's widths. Faces that have
+/// collapsed count as wide as the scale: else nothing weighs beside them.
 Eigen::VectorXd tangential_weights(const Topology& topology, const Points& points, double scale) {
     std::vector<double> rows;
+
     rows.reserve(std::size_t(12) * std::size_t(topology.face_count()));
     std::vector<double> sides;
     for (const mesh::FaceId f : topology.faces()) {
@@ -27,7 +29,7 @@ Eigen::VectorXd tangential_weights(const Topology& topology, const Points& point
         sides.clear();
         for (const mesh::CornerId c : topology.corners(f)) {
             const auto a = topology.vertex(c), b = topology.vertex(topology.next(c));
-            sides.push_back((points.row(a.value) - points.row(b.value)).norm());
+            sides.push_back(std::max((points.row(a.value) - points.row(b.value)).norm(), scale));
         }
         for (int sector = 0; sector < (n == 4 ? 1 : n); ++sector) {
             const auto at = [&](int i) { return sides[std::size_t((sector + i) % n)]; };
@@ -38,10 +40,9 @@ Eigen::VectorXd tangential_weights(const Topology& topology, const Points& point
             }
         }
     }
-    return Eigen::Map<const Eigen::VectorXd>(rows.data(), Eigen::Index(rows.size()))
-               .cwiseMax(1e-300)
-               .cwiseInverse() *
-           std::pow(scale, 2);
+    const Eigen::Map<const Eigen::VectorXd> widths(rows.data(), Eigen::Index(rows.size()));
+    if (scale == 0.0) return Eigen::VectorXd::Zero(widths.size());
+    return std::pow(scale, 2) * widths.cwiseInverse();
 }
 
 /// The same of sides: only second derivatives along them count.
@@ -58,7 +59,8 @@ Eigen::VectorXd tangential_weights(const std::vector<subd::Site>& sides,
                               (limit.row(at + 2) - limit.row(at + 1)).norm();
         const int along = sides[site].set % 2 == 0 ? 0 : 2;  // uu or vv
         for (auto row = site_rows[site]; row < site_rows[site + 1]; row += 3)
-            tangential[row + along] = std::pow(scale / std::max(length, 1e-150), 2);
+            tangential[row + along] =
+                scale > 0.0 ? std::pow(scale / std::max(length, scale), 2) : 0.0;
     }
     return tangential;
 }
