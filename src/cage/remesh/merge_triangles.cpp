@@ -175,6 +175,7 @@ class TriangleMerging {
     [[nodiscard]] bool is_sound(int v) const {
         std::vector<int> left = at_vertex_[std::size_t(v)];
         const bool boundary = mesh_.is_boundary(v);
+        if (left.size() < (boundary ? 1 : 3)) return false;
         while (!left.empty()) {
             std::vector<int> sector{left.back()};
             left.pop_back();
