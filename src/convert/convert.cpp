@@ -33,18 +33,18 @@ constexpr Growth unlimited_growth{12, 200000};
 /// More vertices than this are not a few clean patches any more.
 constexpr int most_vertices = 40000;
 /// Blocks are coarse and refined in single strips: some vertices to begin with, and so many a face.
-constexpr int block_levels = 5, first_vertices = 2000, vertices_a_face = 12;
-/// Remeshed faces have the size that the shape asks for: two levels are 16 times as many.
-constexpr int remeshed_levels = 2;
+constexpr int first_vertices = 2000, vertices_a_face = 12;
+/// Levels of blocks and of remeshed cages, whose faces have the size that the shape asks for: two
+/// are 16 times as many. Blocks that meet do so within them (48 random parts, wing and fuselage).
+constexpr int made_levels = 2;
 
 Growth growth_of(CageKind kind, int faces) {
     switch (kind) {
         case CageKind::Given:
         case CageKind::Sections: return unlimited_growth;
         case CageKind::Blocks:
-            return {block_levels,
-                    std::min(most_vertices, first_vertices + vertices_a_face * faces)};
-        case CageKind::Remeshed: return {remeshed_levels, most_vertices};
+            return {made_levels, std::min(most_vertices, first_vertices + vertices_a_face * faces)};
+        case CageKind::Remeshed: return {made_levels, most_vertices};
     }
     return unlimited_growth;
 }

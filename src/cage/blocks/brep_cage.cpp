@@ -28,9 +28,8 @@ namespace {
 constexpr double jump_step_rel = 2e-3, least_change = 0.5, least_bend = 1.0;
 // Times that the first and last side of a feature are halved: then it has room for three splits.
 constexpr int halvings = 2;
-// Longest triangle of the diagonal, length of triangles by that of edges of a remeshed cage, and how
-// fast it grows: lines of blocks follow triangles, which graded faster bend them.
-constexpr double longest_triangle_rel = 0.06, triangle_scale = 0.5, triangle_growth = 0.6;
+// Longest triangle of the diagonal, and length of triangles by that of edges of a remeshed cage.
+constexpr double longest_triangle_rel = 0.06, triangle_scale = 0.5;
 // How far the model may stick out of a quad, of the root of its area: more, and finer blocks are
 // made, by this factor, in at most so many rounds and only up to so many quads.
 constexpr double most_sag = 0.3, finer = 0.7;
@@ -211,7 +210,6 @@ QuadLayout layout_of(const SurfaceBody& body, const std::vector<char>& borders,
     remeshing.size.tolerance_rel = tolerance_rel;
     remeshing.size.largest_rel = longest_triangle_rel / triangle_scale;
     remeshing.size.scale = triangle_scale;
-    remeshing.size.growth = triangle_growth;
     remesh(mesh, reference, remeshing, poll);
     divide_short_features(mesh, reference);
     return brep_layout(mesh, reference, poll);

@@ -21,7 +21,7 @@ struct SizeOptions {
     double tolerance_rel = 1e-3;  ///< of the diagonal: what the cage is to be fitted to
     double least_rel = 8e-3;      ///< of the diagonal: shortest edge asked for
     double largest_rel = 0.25;    ///< of the diagonal: longest
-    double growth = 0.8;          ///< by how much the length may grow per length of way
+    double growth = 0.6;          ///< by how much the length may grow per length of way
     double fineness = 1.0;        ///< divides lengths by curvature and the shortest one
     double scale = 1.0;           ///< multiplies all lengths
     std::vector<FinerRegion> finer_at;
