@@ -157,10 +157,27 @@ class TriangleMerging {
             const Step& step = steps_[std::size_t(s)];
             replace(step.polygon, {step.quad.begin(), step.quad.end()});
         }
-        if (std::all_of(vertices.begin(), vertices.end(), [&](int v) { return is_sound(v); }))
+        const bool apart = std::all_of(before.begin(), before.end(), [&](const auto& one) {
+            return shares_edges_only(one.first);
+        });
+        if (apart &&
+            std::all_of(vertices.begin(), vertices.end(), [&](int v) { return is_sound(v); }))
             return true;
         for (auto& [polygon, corners] : before) replace(polygon, std::move(corners));
         return false;
+    }
+
+    /// Whether a polygon has at most two vertices in common with any neighbour, and one neighbour
+    /// across each edge.
+    [[nodiscard]] bool shares_edges_only(int polygon) const {
+        const auto& c = polygons_.corners[std::size_t(polygon)];
+        for (std::size_t k = 0; k < c.size(); ++k)
+            if (of_edge_.at(key(c[k], c[(k + 1) % c.size()])).size() > 2) return false;
+        std::map<int, int> common;
+        for (const int v : c)
+            for (const int other : at_vertex_[std::size_t(v)])
+                if (other != polygon && ++common[other] > 2) return false;
+        return true;
     }
 
     [[nodiscard]] double angle_at(int polygon, int v) const {
@@ -170,8 +187,7 @@ class TriangleMerging {
                                    mesh_.point(c[(k + c.size() - 1) % c.size()]) - mesh_.point(v));
     }
 
-    /// Whether a vertex has enough faces, evenly wide, in each sector between features, and no edge
-    /// of it more than two.
+    /// Whether a vertex has enough faces, evenly wide, in each sector between features.
     [[nodiscard]] bool is_sound(int v) const {
         std::vector<int> left = at_vertex_[std::size_t(v)];
         const bool boundary = mesh_.is_boundary(v);
@@ -185,10 +201,8 @@ class TriangleMerging {
                 angle += here;
                 widest = std::max(widest, here);
                 for (const int w : neighbours_in(sector[i], v)) {
-                    const std::vector<int>& faces = of_edge_.at(key(v, w));
-                    if (faces.size() > 2) return false;
                     if (mesh_.is_feature(v, w)) continue;
-                    for (const int other : faces) {
+                    for (const int other : of_edge_.at(key(v, w))) {
                         const auto found = std::find(left.begin(), left.end(), other);
                         if (found == left.end()) continue;
                         sector.push_back(other);
