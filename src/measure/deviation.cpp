@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -29,6 +30,11 @@ void require_samples(int samples) {
 
 }  // namespace
 
+std::optional<double> tangent_plane_angle(const geom::Vec3& a, const geom::Vec3& b) {
+    if (a.isZero(0.0) || b.isZero(0.0)) return std::nullopt;
+    return std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
+}
+
 Deviation measure_deviation(const geom::ModelSurface& from, const geom::ModelSurface& to,
                             const DeviationMeasure& options) {
     require_samples(options.samples);
@@ -41,14 +47,16 @@ Deviation measure_deviation(const geom::ModelSurface& from, const geom::ModelSur
         const std::size_t count = std::min(block, points.size() - start);
         base::parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = start + begin; i < start + end; ++i) {
-                distances[i] = {points[i].point, points[i].face,
-                                to.foot_point(points[i].point).distance, points[i].weight};
+                const geom::FootPoint foot = to.foot_point(points[i].point);
+                distances[i] = {points[i].point, points[i].face, foot.distance, points[i].weight,
+                                tangent_plane_angle(points[i].normal, foot.normal)};
             }
         });
     }
     base::report_progress(options.progress, "deviation", 1.0);
     const double diagonal = from.bounds().diagonal();
-    Deviation result = deviation_statistics(distances, {.apart_mm = places_apart * diagonal});
+    Deviation result =
+        deviation_statistics(distances, {.apart_mm = places_apart * diagonal, .of_faces = true});
     if (options.with_bound)
         result.bound =
             measure_bound(from, to, {.found_mm = result.max, .progress = options.progress});

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
+#include <utility>
 
 namespace patchwright::measure {
 
@@ -21,6 +23,58 @@ std::vector<DeviationPlace> worst_places(const std::vector<DistanceSample>& samp
         if (!near) places.push_back({sample.point, sample.face, sample.distance});
     }
     return places;
+}
+
+/// A mean square of the weighted values that were added; of the plain ones while no weight is.
+class MeanSquare {
+  public:
+    void add(double value, double weight) {
+        weighted_ += weight * value * value;
+        weight_ += weight;
+        plain_ += value * value;
+        ++count_;
+        largest_ = std::max(largest_, value);
+    }
+    [[nodiscard]] int count() const { return count_; }
+    [[nodiscard]] double largest() const { return largest_; }
+    [[nodiscard]] double root() const {
+        return std::sqrt(weight_ > 0.0 ? weighted_ / weight_ : plain_ / std::max(count_, 1));
+    }
+
+  private:
+    double weighted_ = 0.0, weight_ = 0.0, plain_ = 0.0, largest_ = 0.0;
+    int count_ = 0;
+};
+
+std::vector<DeviationOfFace> deviation_of_faces(const std::vector<DistanceSample>& samples) {
+    std::map<int, std::pair<MeanSquare, MeanSquare>> of_face;  // distances, angles
+    for (const DistanceSample& sample : samples) {
+        auto& [distances, angles] = of_face[sample.face];
+        distances.add(sample.distance, sample.weight);
+        if (sample.normal_angle_rad) angles.add(*sample.normal_angle_rad, sample.weight);
+    }
+    std::vector<DeviationOfFace> faces;
+    for (const auto& [face, figures] : of_face) {
+        const auto& [distances, angles] = figures;
+        faces.push_back({.face = face,
+                         .samples = distances.count(),
+                         .max = distances.largest(),
+                         .rms = distances.root()});
+        if (angles.count() == 0) continue;
+        faces.back().normal_max_rad = angles.largest();
+        faces.back().normal_rms_rad = angles.root();
+    }
+    return faces;
+}
+
+Histogram histogram_of(const std::vector<DistanceSample>& samples, double max, double weight,
+                       int bins) {
+    Histogram result{.width = max / bins, .shares = std::vector<double>(std::size_t(bins), 0.0)};
+    for (const DistanceSample& sample : samples) {
+        const double place = result.width > 0.0 ? sample.distance / result.width : 0.0;
+        result.shares[std::size_t(std::min(int(place), bins - 1))] += sample.weight / weight;
+    }
+    return result;
 }
 
 }  // namespace
@@ -55,7 +109,10 @@ Deviation deviation_statistics(const std::vector<DistanceSample>& samples,
         }
         return result.max;
     };
+    if (options.of_faces) result.faces = deviation_of_faces(samples);
     if (!(weight > 0.0)) return result;
+    if (options.of_faces)
+        result.histogram = histogram_of(samples, result.max, weight, options.histogram_bins);
     result.rms = std::sqrt(sum_of_squares / weight);
     result.p50 = percentile(0.50);
     result.p95 = percentile(0.95);

@@ -21,8 +21,14 @@ class Writer {
 
     Json write() const {
         Json json;
+        json["schema_version"] = schema_version;
         json["tool"] = {{"name", "patchwright"}, {"version", base::version()}};
         json["unit"] = base::short_name(report_.unit);
+        json["options"] = Json::object();
+        for (const auto& [name, value] : report_.options) json["options"][name] = value;
+        if (report_.error)
+            json["error"] = {{"exit_code", report_.error->exit_code},
+                             {"message", report_.error->message}};
         if (report_.verdict) json["verdict"] = verdict(*report_.verdict);
         if (report_.input) json["input"] = input(*report_.input);
         if (report_.cage) json["cage"] = cage(*report_.cage);
@@ -278,6 +284,20 @@ class Writer {
                                      {"at", point(place.point)},
                                      {"face", place.face}});
         }
+        if (d.faces.empty()) return json;
+        json["faces"] = Json::array();
+        for (const measure::DeviationOfFace& face : d.faces) {
+            const auto angle = [](const std::optional<double>& rad) {
+                return rad ? Json(*rad * degrees) : Json();
+            };
+            json["faces"].push_back({{"face", face.face},
+                                     {"samples", face.samples},
+                                     {"max", length(face.max)},
+                                     {"rms", length(face.rms)},
+                                     {"normal_max_deg", angle(face.normal_max_rad)},
+                                     {"normal_rms_deg", angle(face.normal_rms_rad)}});
+        }
+        json["histogram"] = {{"width", length(d.histogram.width)}, {"shares", d.histogram.shares}};
         return json;
     }
     Json continuity(const patch::Continuity& c) const {

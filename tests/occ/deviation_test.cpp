@@ -3,6 +3,7 @@
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
 #include <patchwright/measure/deviation.h>
+#include <patchwright/measure/field.h>
 #include <patchwright/occ/inspect.h>
 
 #include <BRepGProp.hxx>
@@ -160,4 +161,36 @@ TEST_CASE("sharp curves are looked at one by one", "[occ][oracle]") {
     for (const auto& c : longest) CHECK(c.length == Approx(12.0));
     for (const auto& c : measure::measure_sharp_curves(low, sphere(5.0), 1.0))
         CHECK(std::isinf(c.distance));
+}
+
+TEST_CASE("the field between two spheres is what the radii say, on triangles that cover one",
+          "[measure][oracle]") {
+    const double r = 50.0, outer = 51.0;
+    const CadReference inside = sphere(r), outside = sphere(outer);
+    const measure::FieldOptions options{.longest_side_rel = 0.05};
+    const measure::Field field = measure::measure_field(inside, &outside, options);
+    const double longest = options.longest_side_rel * inside.bounds().diagonal();
+    double area = 0.0;
+    for (const auto& t : field.triangles) {
+        geom::Vec3 p[3], normals = geom::Vec3::Zero();
+        for (int k = 0; k < 3; ++k) {
+            p[k] = field.points.row(t[std::size_t(k)]);
+            normals += field.normals.row(t[std::size_t(k)]);
+        }
+        for (int k = 0; k < 3; ++k) CHECK((p[k] - p[(k + 1) % 3]).norm() <= longest);
+        const geom::Vec3 twice = (p[1] - p[0]).cross(p[2] - p[0]);
+        CHECK(twice.dot(normals) >= 0.0);
+        area += 0.5 * twice.norm();
+    }
+    CHECK(area == Approx(4.0 * M_PI * r * r).epsilon(5e-3));
+    REQUIRE(field.distance_mm.size() == std::size_t(field.points.rows()));
+    for (std::size_t i = 0; i < field.distance_mm.size(); ++i) {
+        CHECK(field.distance_mm[i] == Approx(outer - r).epsilon(1e-6));
+        CHECK(field.normal_angle_rad[i] == Approx(0.0).margin(1e-5));
+        // The poles are degenerate.
+        if (std::abs(field.points(Eigen::Index(i), 2)) > (1.0 - 1e-9) * r) continue;
+        CHECK(field.curvature[i] == Approx(-1.0 / r).epsilon(1e-6));
+        CHECK(field.other_curvature[i] == Approx(-1.0 / outer).epsilon(1e-6));
+    }
+    CHECK(measure::measure_field(inside, nullptr, options).distance_mm.empty());
 }

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <exception>
 #include <utility>
 
 namespace patchwright::cli {
@@ -21,9 +22,37 @@ namespace {
 /// More than machines have; each takes a stack.
 constexpr int most_threads = 1024;
 
+/// The report of the run that an error has ended.
+struct FailedRun {
+    std::string json;  ///< where it goes; empty: nowhere
+    report::RunReport report;
+};
+
+FailedRun& failed_run() {
+    static FailedRun run;
+    return run;
+}
+
+/// The command and its options, but for those that are not given and have no default.
+std::vector<std::pair<std::string, std::string>> used_options(const CLI::App& command) {
+    std::vector<std::pair<std::string, std::string>> used{{"command", command.get_name()}};
+    for (const CLI::Option* option : command.get_options()) {
+        const std::string name = option->get_single_name();
+        if (name == "help" || name == "version") continue;
+        if (option->get_items_expected_max() == 0)
+            used.emplace_back(name, option->count() > 0 ? "true" : "false");
+        else if (option->count() > 0)
+            used.emplace_back(name, fmt::format("{}", fmt::join(option->results(), " ")));
+        else if (!option->get_default_str().empty())
+            used.emplace_back(name, option->get_default_str());
+    }
+    return used;
+}
+
 }  // namespace
 
 void add_common_options(CLI::App& command, CommonOptions& options, bool with_html) {
+    options.command = &command;
     command.add_flag("-q,--quiet", options.quiet, "print errors only");
     command.add_flag("-v,--verbose", options.verbose, "print stage times as they end");
     command.add_flag("--progress", options.progress,
@@ -41,6 +70,28 @@ Run::Run(const CommonOptions& options, RunFiles files) : options_(options) {
     files.outputs.push_back({"--report", options.html, OutputKind::Html});
     check_files(files);
     base::set_thread_count(options.threads);
+    report.options = used_options(*options.command);
+}
+
+Run::~Run() {
+    if (std::uncaught_exceptions() > 0) failed_run() = {options_.json, std::move(report)};
+}
+
+void write_failure(const report::Failure& failure) noexcept {
+    FailedRun& failed = failed_run();
+    if (failed.json.empty()) return;
+    try {
+        failed.report.error = failure;
+        const std::string json = report::to_json(failed.report);
+        if (is_standard_output(failed.json)) {
+            write_standard_output(json);
+            return;
+        }
+        base::OutputSet output;
+        output.add(failed.json, json);
+        output.commit();
+    } catch (const std::exception&) {
+    }
 }
 
 base::Progress Run::progress() const {

@@ -36,6 +36,7 @@ struct CommonOptions {
     int threads = 0;
     std::string json;  ///< path, or "-" for standard output
     std::string html;
+    const CLI::App* command = nullptr;  ///< whose options these are
 };
 
 void add_common_options(CLI::App& command, CommonOptions& options, bool with_html);
@@ -45,9 +46,15 @@ class Run {
   public:
     /// Checks `files`, and the report's, before anything is read; see check_files().
     Run(const CommonOptions& options, RunFiles files);
+    /// Of a run that an error ends: keeps its report for write_failure().
+    ~Run();
+    Run(const Run&) = delete;
+    Run& operator=(const Run&) = delete;
 
     /// Draws the stage on standard error when asked to or on a terminal; stops on signals.
     [[nodiscard]] base::Progress progress() const;
+    /// Whether finish() writes the report as HTML.
+    [[nodiscard]] bool writes_page() const { return !options_.html.empty(); }
     /// The same with a limit that counts from now.
     [[nodiscard]] base::Budget budget(std::optional<double> limit_s) const;
 
@@ -76,6 +83,10 @@ class Run {
     const CommonOptions& options_;
     base::StageClock clock_;
 };
+
+/// Writes the report of the run that an error has ended as JSON where that was asked for, with the
+/// error. What cannot be written is left: the error has been told.
+void write_failure(const report::Failure& failure) noexcept;
 
 /// Calls `body`; errors of input that name no file are said to be of this one.
 template <class Body>

@@ -1,4 +1,5 @@
 #include "options.h"
+#include "view.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/occ/inspect_closely.h>
@@ -20,7 +21,7 @@ struct ConvertCommandOptions {
     FitArguments fit{.time_limit_s = time_limit_s};
     CageArguments cage;
     InputOptions read;
-    std::string input, cage_file, cage_out;
+    std::string input, cage_file, cage_out, field;
     int samples = convert::ConvertOptions{}.samples;
 };
 
@@ -36,7 +37,8 @@ void note_attempts(Run& run, const convert::Conversion& conversion) {
 int convert_file(const ConvertCommandOptions& options) {
     Run run(options.common, {{options.input, options.cage_file},
                              {{"--output", options.output.file, OutputKind::Cad},
-                              {"--cage-out", options.cage_out, OutputKind::Cage}}});
+                              {"--cage-out", options.cage_out, OutputKind::Cage},
+                              {"--field", options.field, OutputKind::Field}}});
     const base::Budget budget = run.budget(options.fit.time_limit_s);
     const convert::Source source =
         read_source(run, options.input, options.read, {.progress = budget.limited()});
@@ -64,6 +66,11 @@ int convert_file(const ConvertCommandOptions& options) {
     if (!options.cage_out.empty())
         write_cage(run, best.fitted, options.cage_out,
                    base::parse_length_unit(options.fit.cage_unit));
+    add_views(run, {.output = best.output.get(),
+                    .input = &source.surface(),
+                    .cage = &best.fitted,
+                    .scale_mm = converting.tolerance_mm,
+                    .field = options.field});
     return run.finish();
 }
 
@@ -77,6 +84,7 @@ void register_convert(CLI::App& app, int& exit_code) {
     command->add_option("--cage", options->cage_file,
                         "control mesh (OBJ); by default it is made from the CAD");
     command->add_option("--cage-out", options->cage_out, "write the fitted control mesh (OBJ)");
+    command->add_option("--field", options->field, field_help);
     add_input_options(*command, options->read);
     command->add_option("--samples", options->samples, "samples for the deviation, each way")
         ->check(number_in(1, most_samples))

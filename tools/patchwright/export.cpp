@@ -1,4 +1,5 @@
 #include "options.h"
+#include "view.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/occ/assemble.h>
@@ -51,6 +52,10 @@ int export_cage(const ExportOptions& options) {
     run.report.continuity = figures.continuity;
     run.report.verdict = measure::assess(convert::verdict_figures(figures, shape.closed));
     run.end_stage("check");
+    if (run.writes_page()) {
+        const occ::CadReference surface(written);
+        add_views(run, {.output = &surface, .cage = &cage});
+    }
     return run.finish();
 }
 

@@ -23,10 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 
 void check_extension(const OutputFile& output, std::vector<std::string> allowed) {
-    std::string extension = fs::path(output.file).extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (std::find(allowed.begin(), allowed.end(), extension) != allowed.end()) return;
+    for (const std::string& extension : allowed)
+        if (has_extension(output.file, extension)) return;
     throw base::UsageError(
         fmt::format("{}: {} writes {}", output.file, output.option, fmt::join(allowed, " or ")));
 }
@@ -40,6 +38,7 @@ void check_kind(const OutputFile& output, const base::OutputTarget& target) {
             break;
         case OutputKind::Cage: check_extension(output, {".obj"}); break;
         case OutputKind::Grid: grid::grid_format(output.file); break;
+        case OutputKind::Field: check_extension(output, {".vtp", ".glb"}); break;
         case OutputKind::Json:
             if (!target.is_stream) check_extension(output, {".json"});
             break;
@@ -115,6 +114,13 @@ void check_files(const RunFiles& files) {
                                                    output.file, output.option, other.what));
         known.push_back({identity, output.option});
     }
+}
+
+bool has_extension(const std::string& file, std::string_view extension) {
+    std::string own = fs::path(file).extension().string();
+    std::transform(own.begin(), own.end(), own.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return own == extension;
 }
 
 bool is_standard_output(const std::string& file) {

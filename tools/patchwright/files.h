@@ -7,7 +7,7 @@
 
 namespace patchwright::cli {
 
-enum class OutputKind { Cad, Cage, Grid, Json, Html };
+enum class OutputKind { Cad, Cage, Grid, Field, Json, Html };
 
 struct OutputFile {
     std::string option;  ///< as messages name it
@@ -24,6 +24,10 @@ struct RunFiles {
 ///        another output, by whatever names or links
 /// @throw OutputError where nothing can be written; see base::OutputTarget
 void check_files(const RunFiles& files);
+
+/// Whatever the case of its letters.
+/// @param extension  in small letters, with the dot
+bool has_extension(const std::string& file, std::string_view extension);
 
 /// "-", or another path of what standard output goes to.
 bool is_standard_output(const std::string& file);

@@ -1,4 +1,5 @@
 #include "options.h"
+#include "view.h"
 
 #include <patchwright/geom/mesh_figures.h>
 #include <patchwright/occ/inspect_closely.h>
@@ -88,8 +89,9 @@ report::DetailFigures mesh_details(const convert::Source& input) {
 
 int inspect(const InspectOptions& options) {
     Run run(options.common, {{options.file}, {}});
-    const convert::Source input = read_source(run, options.file, options.read,
-                                              {.heal = !options.no_heal, .with_surface = false});
+    const convert::Source input =
+        read_source(run, options.file, options.read,
+                    {.heal = !options.no_heal, .with_surface = run.writes_page()});
     run.report.solid = input.figures;
     occ::CloseInspectionOptions closely{.progress = run.progress()};
     if (input.options.sharp_angle_rad) closely.sharp_angle_rad = *input.options.sharp_angle_rad;
@@ -97,6 +99,7 @@ int inspect(const InspectOptions& options) {
                              ? mesh_details(input)
                              : detail_figures(input, occ::inspect_closely(*input.model, closely));
     run.end_stage("check");
+    if (run.writes_page()) add_views(run, {.output = &input.surface()});
     return run.finish();
 }
 

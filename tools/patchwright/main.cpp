@@ -26,6 +26,12 @@ int fail(int code, const std::string& text) {
     return code;
 }
 
+/// The same, told in the run's report as well.
+int fail_with_report(int code, const std::string& text) {
+    write_failure({code, text});
+    return fail(code, text);
+}
+
 /// What an error says, and the exit code that goes with its kind.
 int report_error() {
     if (const int signal = stop_signal()) return fail(exit_code_of(signal), message_of(signal));
@@ -34,15 +40,16 @@ int report_error() {
     } catch (const CLI::ParseError& error) {
         return fail(Usage, std::string(error.what()) + "; see --help");
     } catch (const base::UsageError& error) {
-        return fail(Usage, error.what());
+        return fail_with_report(Usage, error.what());
     } catch (const base::InputError& error) {
-        return fail(BadInput, error.what());
+        return fail_with_report(BadInput, error.what());
     } catch (const base::OutputError& error) {
-        return fail(NotWritten, error.what());
+        return fail_with_report(NotWritten, error.what());
     } catch (const base::TimeLimitReached&) {
-        return fail(VerdictMissed,
-                    "MISSED: the time limit was reached before there was a first result, and "
-                    "nothing was written; try a longer --time-limit or a coarser --tolerance");
+        return fail_with_report(
+            VerdictMissed,
+            "MISSED: the time limit was reached before there was a first result, and "
+            "no result was written; try a longer --time-limit or a coarser --tolerance");
     } catch (const std::bad_alloc&) {
         return fail(InternalError, out_of_memory);
     } catch (const std::system_error& error) {
@@ -53,7 +60,8 @@ int report_error() {
         // So TBB says that there is no memory for a thread's stack.
         if (std::string_view(error.what()).starts_with("pthread_create"))
             return fail(InternalError, out_of_memory);
-        return fail(InternalError, fmt::format("internal error, please report: {}", error.what()));
+        return fail_with_report(InternalError,
+                                fmt::format("internal error, please report: {}", error.what()));
     }
 }
 

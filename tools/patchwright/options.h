@@ -24,13 +24,15 @@ CLI::Option* add_choice(CLI::App& command, const std::string& name, Enum& value,
         if (meaning == value) standard = word;
         all += (all.empty() ? "" : ", ") + word;
     }
-    const auto number_of = [name, words, all](const std::string& text) {
-        for (const auto& [word, meaning] : words)
-            if (word == text) return std::to_string(static_cast<int>(meaning));
+    const auto set = [name, words, all, &value](const std::string& text) {
+        for (const auto& [word, meaning] : words) {
+            if (word != text) continue;
+            value = meaning;
+            return;
+        }
         throw CLI::ValidationError(name, "'" + text + "' is none of " + all);
     };
-    return command.add_option(name, value, help)
-        ->transform(number_of, "")
+    return command.add_option_function<std::string>(name, set, help)
         ->type_name("WORD")
         ->default_str(standard);
 }

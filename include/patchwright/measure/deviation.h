@@ -14,6 +14,10 @@ struct DeviationMeasure {
     base::Progress progress;
 };
 
+/// Between planes with these unit normals, 0 to pi/2, whatever their side: nearest points of thin
+/// parts may lie on the other side. Nothing where a normal is zero.
+std::optional<double> tangent_plane_angle(const geom::Vec3& a, const geom::Vec3& b);
+
 /// From `from`, sampled, to the nearest points of `to`, whatever their side. Statistics are
 /// weighted by area; points on edges and vertices count for the maximum only.
 /// @throw InvalidArgument when there are no samples

@@ -6,6 +6,7 @@
 #include <patchwright/grid/quality.h>
 #include <patchwright/measure/deviation_statistics.h>
 #include <patchwright/measure/fairness.h>
+#include <patchwright/measure/field.h>
 #include <patchwright/measure/verdict.h>
 #include <patchwright/mesh/cage.h>
 #include <patchwright/patch/continuity.h>
@@ -108,10 +109,26 @@ struct GridFigures {
     grid::GridQuality quality;
 };
 
+/// What the page's 3-D view shows.
+struct Scene {
+    std::optional<measure::Field> output, input;
+    std::optional<mesh::Cage> cage;  ///< that was fitted
+    double scale_mm = 1.0;           ///< deviation that is the last colour; positive
+};
+
+/// Why a run ended without a result.
+struct Failure {
+    int exit_code = 0;
+    std::string message;
+};
+
 /// Sections that do not apply to a run stay empty and are left out of what is written.
 struct RunReport {
     base::LengthUnit unit = base::LengthUnit::Millimetre;  ///< of all lengths as written
-    std::optional<measure::Verdict> verdict;               ///< first and last in the text
+    /// The command and every option's value, given or by default, as on the command line.
+    std::vector<std::pair<std::string, std::string>> options;
+    std::optional<Failure> error;
+    std::optional<measure::Verdict> verdict;  ///< first and last in the text
     std::optional<InputFigures> input;
     std::optional<mesh::CageSummary> cage;
     /// Of a made cage, one line a body: what it was recognised as, or why it was remeshed.
@@ -123,12 +140,16 @@ struct RunReport {
     std::optional<DeviationFigures> deviation;
     std::optional<patch::Continuity> continuity;
     std::optional<GridFigures> grid;
+    std::optional<Scene> scene;                           ///< not in the JSON
     std::vector<std::pair<std::string, double>> seconds;  ///< stage, in order; "total" is added
     std::vector<std::string> notices;
     double peak_memory_mb = 0.0;
 };
 
-/// The keys are the command line's contract; lengths, areas and volumes in powers of report.unit.
+/// Changes when a key that programs read goes or changes its meaning, not when keys are added.
+inline constexpr int schema_version = 1;
+
+/// As src/report/report.schema.json says; lengths, areas and volumes in powers of report.unit.
 std::string to_json(const RunReport& report);
 
 /// One self-contained page.
