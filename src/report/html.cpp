@@ -1,7 +1,11 @@
 #include "report/figures.h"
+#include "report/page_assets.h"
+#include "report/page_data.h"
+#include "report/plot.h"
 
 #include <patchwright/base/markup.h>
 #include <patchwright/base/version.h>
+#include <patchwright/report/picture.h>
 
 #include <fmt/format.h>
 
@@ -9,38 +13,87 @@ namespace patchwright::report {
 
 namespace {
 
-constexpr std::string_view style =
-    "body{font:15px/1.5 sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#222}"
-    "table{border-collapse:collapse;width:100%}td{padding:.25em .8em .25em 0;vertical-align:top;"
-    "border-top:1px solid #ddd}td:first-child{width:12em;color:#555}h1{font-size:1.5em}"
-    "h2{font-size:1.1em;margin:1.4em 0 .3em}li{margin:.2em 0}";
+using base::escape_markup;
+
+std::string table(const Section& section) {
+    std::string text = fmt::format("<h2>{}</h2>\n<table>\n", escape_markup(section.title));
+    for (const auto& [label, value] : section.rows)
+        text += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", escape_markup(label),
+                            escape_markup(value));
+    return text + "</table>\n";
+}
+
+/// The drawing is replaced by the page's program where that runs.
+std::string figure(const Plot& plot, std::size_t number) {
+    return fmt::format(
+        "<figure class=\"plot\" data-plot=\"{}\">{}<figcaption>{}</figcaption></figure>\n", number,
+        to_svg(plot), escape_markup(plot.caption));
+}
+
+/// A picture, which the page's program replaces by the 3-D view, and the places to look at.
+std::string view(const RunReport& report) {
+    const Scene& scene = *report.scene;
+    const measure::Field* field = scene.output ? &*scene.output : nullptr;
+    if (field == nullptr) return {};
+    const std::string png = to_png(*field, {.scale_mm = scene.scale_mm});
+    const std::string caption =
+        field->distance_mm.empty()
+            ? "The model and its faces"
+            : fmt::format(
+                  "The output and its patches, coloured by the distance from the input: "
+                  "blue 0, red {:.3g} {} or more",
+                  scene.scale_mm / base::millimetres_per(report.unit),
+                  base::short_name(report.unit));
+    std::string text = fmt::format(
+        "<figure id=\"view\"><img alt=\"{0}\" src=\"data:image/png;base64,{1}\">"
+        "<figcaption>{0}</figcaption></figure>\n",
+        escape_markup(caption), base64(png.data(), png.size()));
+    const std::vector<Place> all = places(report);
+    if (all.empty()) return text;
+    text += "<h2>Places to look at</h2>\n<ol class=\"places\">\n";
+    for (const Place& place : all) text += fmt::format("<li>{}</li>\n", escape_markup(place.text));
+    return text + "</ol>\n";
+}
+
+std::string head(const RunReport& report) {
+    std::string text = fmt::format(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta "
+        "name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+        "<title>patchwright report</title>\n<style>{}</style></head>\n<body>\n"
+        "<h1>patchwright {}</h1>\n",
+        page_style(), base::version());
+    if (report.verdict)
+        text += fmt::format("<p class=\"verdict {}\">{}</p>\n",
+                            report.verdict->met() ? "met" : "missed",
+                            escape_markup(report.verdict->sentence(report.unit)));
+    return text;
+}
+
+std::string program(const RunReport& report, const std::vector<Plot>& all_plots) {
+    if (page_script().empty() || (!report.scene && all_plots.empty())) return {};
+    return fmt::format(
+        "<script type=\"application/json\" id=\"data\">{}</script>\n<script>{}</script>\n",
+        page_data(report, all_plots), page_script());
+}
 
 }  // namespace
 
 std::string to_html(const RunReport& report) {
-    std::string page = fmt::format(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>patchwright "
-        "report</title><style>{}</style></head>\n<body><h1>patchwright {}</h1>\n",
-        style, base::version());
-    if (report.verdict)
-        page += fmt::format("<p><strong>{}</strong></p>\n",
-                            base::escape_markup(report.verdict->sentence(report.unit)));
+    const std::vector<Plot> all_plots = plots(report);
+    std::string page = head(report);
+    if (report.scene) page += view(report);
     for (const Section& section : sections(report)) {
-        page += fmt::format("<h2>{}</h2>\n<table>\n", base::escape_markup(section.title));
-        for (const auto& [label, value] : section.rows) {
-            page += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", base::escape_markup(label),
-                                base::escape_markup(value));
-        }
-        page += "</table>\n";
+        page += table(section);
+        for (std::size_t i = 0; i < all_plots.size(); ++i)
+            if (all_plots[i].section == section.title) page += figure(all_plots[i], i);
     }
     if (!report.notices.empty()) {
         page += "<h2>Notices</h2>\n<ul>\n";
-        for (const std::string& notice : report.notices) {
-            page += fmt::format("<li>{}</li>\n", base::escape_markup(notice));
-        }
+        for (const std::string& notice : report.notices)
+            page += fmt::format("<li>{}</li>\n", escape_markup(notice));
         page += "</ul>\n";
     }
-    return page + "</body></html>\n";
+    return page + program(report, all_plots) + "</body></html>\n";
 }
 
 }  // namespace patchwright::report

@@ -1,0 +1,251 @@
+#include "report/colour_scale.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/report/picture.h>
+
+#include <zlib.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace patchwright::report {
+
+namespace {
+
+using geom::Vec3;
+
+/// Each pixel is the mean of so many in a square.
+constexpr int finer = 2;
+constexpr double margin = 0.03;  ///< of the width and height
+/// Lines are drawn this far before the surface that they lie on, fraction of the picture's extent.
+constexpr double line_lift = 4e-3;
+constexpr base::Colour grey{0.72, 0.74, 0.77};
+
+struct Pixel {
+    float depth = std::numeric_limits<float>::lowest();  ///< larger is nearer
+    std::array<float, 3> colour{};
+    int face = -1;  ///< -2: a line
+};
+
+/// Orthographic: x right, y down, z towards the eye; in fine pixels.
+class Projection {
+  public:
+    Projection(const measure::Field& field, const PictureOptions& options)
+        : width(finer * options.width), height(finer * options.height) {
+        eye_ = options.towards_eye.normalized();
+        const Vec3 up = std::abs(eye_.z()) > 0.999 ? Vec3::UnitY() : Vec3::UnitZ();
+        right_ = up.cross(eye_).normalized();
+        up_ = eye_.cross(right_);
+        geom::Box3 box;
+        for (Eigen::Index i = 0; i < field.points.rows(); ++i)
+            box.add(turned(field.points.row(i).transpose()));
+        const Vec3 size = (box.max - box.min).cwiseMax(1e-12);
+        scale_ = (1.0 - 2.0 * margin) * std::min(width / size.x(), height / size.y());
+        middle_ = box.centre();
+    }
+
+    [[nodiscard]] Vec3 operator()(const Vec3& p) const {
+        const Vec3 q = scale_ * (turned(p) - middle_);
+        return {0.5 * width + q.x(), 0.5 * height - q.y(), q.z()};
+    }
+    [[nodiscard]] const Vec3& eye() const { return eye_; }
+    /// From above the left shoulder.
+    [[nodiscard]] Vec3 light() const { return (eye_ + 0.4 * up_ - 0.3 * right_).normalized(); }
+
+    int width, height;
+
+  private:
+    [[nodiscard]] Vec3 turned(const Vec3& p) const {
+        return {right_.dot(p), up_.dot(p), eye_.dot(p)};
+    }
+    Vec3 eye_, right_, up_, middle_;
+    double scale_ = 1.0;
+};
+
+class Painter {
+  public:
+    Painter(const measure::Field& field, const PictureOptions& options)
+        : field_(field),
+          options_(options),
+          project_(field, options),
+          pixels_(std::size_t(project_.width) * std::size_t(project_.height)) {}
+
+    std::vector<unsigned char> paint() {
+        for (std::size_t i = 0; i < field_.triangles.size(); ++i) triangle(i);
+        for (const geom::Points& line : field_.lines)
+            for (Eigen::Index i = 0; i + 1 < line.rows(); ++i)
+                segment(project_(line.row(i).transpose()), project_(line.row(i + 1).transpose()));
+        return averaged();
+    }
+
+  private:
+    Pixel& at(int x, int y) {
+        return pixels_[std::size_t(y) * std::size_t(project_.width) + std::size_t(x)];
+    }
+
+    [[nodiscard]] Vec3 colour_of(int vertex) const {
+        const base::Colour c =
+            field_.distance_mm.empty()
+                ? grey
+                : scale_colour(field_.distance_mm[std::size_t(vertex)] / options_.scale_mm);
+        const double light = std::abs(project_.light().dot(field_.normals.row(vertex).transpose()));
+        return (0.35 + 0.65 * light) * Vec3(c.red, c.green, c.blue);
+    }
+
+    void triangle(std::size_t number) {
+        std::array<Vec3, 3> p, colour;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const int vertex = field_.triangles[number][k];
+            p[k] = project_(field_.points.row(vertex).transpose());
+            colour[k] = colour_of(vertex);
+        }
+        const auto cross = [](const Vec3& a, const Vec3& b, double x, double y) {
+            return (b.x() - a.x()) * (y - a.y()) - (b.y() - a.y()) * (x - a.x());
+        };
+        const double area = cross(p[0], p[1], p[2].x(), p[2].y());
+        if (area == 0.0) return;
+        const Vec3 low = p[0].cwiseMin(p[1]).cwiseMin(p[2]),
+                   high = p[0].cwiseMax(p[1]).cwiseMax(p[2]);
+        const int x_end = std::min(int(high.x() + 0.5), project_.width - 1);
+        const int y_end = std::min(int(high.y() + 0.5), project_.height - 1);
+        for (int y = std::max(int(low.y() - 0.5), 0); y <= y_end; ++y) {
+            for (int x = std::max(int(low.x() - 0.5), 0); x <= x_end; ++x) {
+                const double a = cross(p[1], p[2], x + 0.5, y + 0.5) / area;
+                const double b = cross(p[2], p[0], x + 0.5, y + 0.5) / area;
+                const double c = 1.0 - a - b;
+                if (a < 0.0 || b < 0.0 || c < 0.0) continue;
+                const auto depth = float(a * p[0].z() + b * p[1].z() + c * p[2].z());
+                Pixel& pixel = at(x, y);
+                if (depth <= pixel.depth) continue;
+                const Vec3 mixed = a * colour[0] + b * colour[1] + c * colour[2];
+                pixel = {depth,
+                         {float(mixed.x()), float(mixed.y()), float(mixed.z())},
+                         field_.faces[number]};
+            }
+        }
+    }
+
+    void segment(const Vec3& a, const Vec3& b) {
+        const int steps = std::max(1, int(std::ceil((b - a).head<2>().norm())));
+        const double lift = line_lift * std::max(project_.width, project_.height);
+        for (int i = 0; i <= steps; ++i) {
+            const Vec3 p = a + (b - a) * (double(i) / steps);
+            for (int k = 0; k < finer; ++k) {
+                const int x = int(p.x()) + k % 2, y = int(p.y()) + k / 2;
+                if (x < 0 || y < 0 || x >= project_.width || y >= project_.height) continue;
+                Pixel& pixel = at(x, y);
+                if (p.z() + lift < pixel.depth) continue;
+                pixel.colour = {0.08F, 0.08F, 0.1F};
+                pixel.face = -2;
+            }
+        }
+    }
+
+    /// Beside a pixel of another face.
+    bool is_border(int x, int y) {
+        const int face = at(x, y).face;
+        if (face < 0) return false;
+        for (const auto& [dx, dy] : {std::pair(1, 0), std::pair(0, 1)}) {
+            if (x + dx >= project_.width || y + dy >= project_.height) continue;
+            const int other = at(x + dx, y + dy).face;
+            if (other >= 0 && other != face) return true;
+        }
+        return false;
+    }
+
+    /// Rows of RGBA.
+    std::vector<unsigned char> averaged() {
+        std::vector<unsigned char> rows;
+        rows.reserve(std::size_t(options_.width) * std::size_t(options_.height) * 4);
+        for (int y = 0; y < options_.height; ++y)
+            for (int x = 0; x < options_.width; ++x)
+                for (const double value : mean(finer * x, finer * y))
+                    rows.push_back(static_cast<unsigned char>(
+                        std::lround(255.0 * std::clamp(value, 0.0, 1.0))));
+        return rows;
+    }
+
+    std::array<double, 4> mean(int x0, int y0) {
+        constexpr double border_darkness = 0.45;
+        std::array<double, 4> sum{};
+        for (int y = y0; y < y0 + finer; ++y) {
+            for (int x = x0; x < x0 + finer; ++x) {
+                const Pixel& pixel = at(x, y);
+                if (pixel.face == -1) continue;
+                const double factor = is_border(x, y) ? border_darkness : 1.0;
+                for (std::size_t k = 0; k < 3; ++k) sum[k] += factor * double(pixel.colour[k]);
+                sum[3] += 1.0;
+            }
+        }
+        if (sum[3] > 0.0)
+            for (std::size_t k = 0; k < 3; ++k) sum[k] /= sum[3];
+        sum[3] /= double(finer * finer);
+        return sum;
+    }
+
+    const measure::Field& field_;
+    const PictureOptions& options_;
+    Projection project_;
+    std::vector<Pixel> pixels_;
+};
+
+void append_number(std::string& bytes, std::uint32_t value) {
+    for (const int shift : {24, 16, 8, 0}) bytes += static_cast<char>(value >> shift & 0xff);
+}
+
+void append_chunk(std::string& png, const std::string& kind, const std::string& data) {
+    append_number(png, std::uint32_t(data.size()));
+    const std::string checked = kind + data;
+    png += checked;
+    append_number(png, std::uint32_t(::crc32(0, reinterpret_cast<const Bytef*>(checked.data()),
+                                             uInt(checked.size()))));
+}
+
+/// Source: Portable Network Graphics, W3C (2003): colour type 6, each row as differences from the
+/// one above.
+std::string png_of(const std::vector<unsigned char>& rgba, int width, int height) {
+    const std::size_t row = std::size_t(width) * 4;
+    std::string filtered;
+    for (std::size_t y = 0; y < std::size_t(height); ++y) {
+        constexpr char up_filter = 2;
+        filtered += up_filter;
+        for (std::size_t x = 0; x < row; ++x) {
+            const int above = y > 0 ? rgba[(y - 1) * row + x] : 0;
+            filtered += static_cast<char>(rgba[y * row + x] - above);
+        }
+    }
+    uLongf size = ::compressBound(uLong(filtered.size()));
+    std::string packed(size, '\0');
+    if (::compress2(reinterpret_cast<Bytef*>(packed.data()), &size,
+                    reinterpret_cast<const Bytef*>(filtered.data()), uLong(filtered.size()),
+                    Z_BEST_COMPRESSION) != Z_OK)
+        throw base::OutputError("the picture cannot be compressed");
+    packed.resize(size);
+    std::string header;
+    append_number(header, std::uint32_t(width));
+    append_number(header, std::uint32_t(height));
+    header += {8, 6, 0, 0, 0};  // bits, colour type, and the only kinds there are
+    std::string png = "\x89PNG\r\n\x1a\n";
+    append_chunk(png, "IHDR", header);
+    append_chunk(png, "IDAT", packed);
+    append_chunk(png, "IEND", "");
+    return png;
+}
+
+}  // namespace
+
+std::string to_png(const measure::Field& field, const PictureOptions& options) {
+    constexpr int most_pixels = 8192;
+    if (options.width < 1 || options.height < 1 || options.width > most_pixels ||
+        options.height > most_pixels || !(options.scale_mm > 0.0) ||
+        !(options.towards_eye.norm() > 0.0))
+        throw base::InvalidArgument("to_png: size, scale or view is out of range");
+    return png_of(Painter(field, options).paint(), options.width, options.height);
+}
+
+}  // namespace patchwright::report
