@@ -47,6 +47,7 @@ LengthUnit parse_length_unit(std::string_view text) {
     for (const UnitRow& row : unit_table) {
         if (row.name == text) return row.unit;
     }
+    if (text == "inch") return LengthUnit::Inch;
     throw UsageError(fmt::format("'{}' is no length unit; use mm, cm, m, in or ft", text));
 }
 
@@ -63,9 +64,11 @@ Length parse_length(std::string_view text) {
             "'{}' is no length; use a positive number with a unit, such as 0.05mm or 1e-4rel",
             text));
     }
-    const std::string_view unit = text.substr(static_cast<std::size_t>(rest - text.data()));
+    std::string_view unit = text.substr(static_cast<std::size_t>(rest - text.data()));
+    while (unit.starts_with(' ')) unit.remove_prefix(1);
     if (unit.empty())
-        throw UsageError(fmt::format("'{}' has no unit; use one, as in 0.05mm or 1e-4rel", text));
+        throw UsageError(fmt::format(
+            "'{0}' has no unit; add a unit: {0}mm, {0}in, or 1e-4rel (of the diagonal)", text));
     if (unit != "rel") length.unit = parse_length_unit(unit);
     if (length.unit && !std::isfinite(length.in_millimetres(0.0)))
         throw UsageError(fmt::format("'{}' is too long to be measured in millimetres", text));

@@ -71,6 +71,7 @@ class AttemptRunner {
     /// @throw TimeLimitReached when no level of the fit was completed
     Attempt fitted(const AttemptPlan& plan, const std::vector<Attempt>& attempts = {}) {
         Attempt attempt{.plan = plan};
+        number_ = attempts.size() + 1;
         make_cage(attempt, attempts);
         clock.end("layout");
         fit(attempt);
@@ -92,6 +93,14 @@ class AttemptRunner {
   private:
     [[nodiscard]] const geom::ModelSurface& surface() const { return source_.surface(); }
     [[nodiscard]] double diagonal() const { return surface().bounds().diagonal(); }
+    /// From the second attempt on its number goes before the stage.
+    [[nodiscard]] base::Progress told(base::Progress progress) const {
+        if (number_ < 2 || !progress) return progress;
+        return [progress = std::move(progress), number = number_](std::string_view stage,
+                                                                  double fraction) {
+            return progress(fmt::format("attempt {}, {}", number, stage), fraction);
+        };
+    }
     void notice(std::string text) {
         auto& all = result.notices;
         if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(std::move(text));
@@ -110,7 +119,7 @@ class AttemptRunner {
             return;
         }
         cage::CageOptions making = plan.cage;
-        making.progress = budget_.limited();
+        making.progress = told(budget_.limited());
         cage::CageResult made = cage::make_cage(surface(), making);
         for (std::string& text : made.notices) notice(std::move(text));
         attempt.kind = made.method == cage::Method::Remesh ? CageKind::Remeshed
@@ -130,7 +139,7 @@ class AttemptRunner {
             .max_vertices = growth.vertices,
             .preserve_parametrisation = attempt.plan.preserve_parametrisation,
             .symmetry = options_.symmetry,
-            .progress = budget_.limited()};
+            .progress = told(budget_.limited())};
         if (attempt.kind != CageKind::Given) fitting.max_idle_levels = idle_levels;
         std::optional<fit::FitResult> of_parts;
         if (attempt.kind != CageKind::Given) of_parts = fit_by_parts(attempt.cage, fitting);
@@ -166,7 +175,8 @@ class AttemptRunner {
     }
 
     [[nodiscard]] std::vector<geom::BodyReference> make_bodies() const {
-        return occ::body_references(*source_.model, source_.reference_options(budget_.limited()));
+        return occ::body_references(*source_.model,
+                                    source_.reference_options(told(budget_.limited())));
     }
 
     /// Whether an attempt may become the best one, as far as its fit tells.
@@ -183,7 +193,7 @@ class AttemptRunner {
     }
 
     void make_and_measure(Attempt& attempt, const std::vector<Attempt>& attempts) {
-        const base::Progress progress = budget_.unlimited();
+        const base::Progress progress = told(budget_.unlimited());
         const double tolerance = options_.tolerance_mm;
         const Shape shape = make_shape(attempt.fitted, options_.shape,
                                        {caps_share * tolerance, tolerance}, &surface());
@@ -215,6 +225,7 @@ class AttemptRunner {
     std::filesystem::path output_;
     const ConvertOptions& options_;
     const base::Budget& budget_;
+    std::size_t number_ = 1;  ///< of the attempt under way
     std::optional<std::vector<geom::BodyReference>> bodies_;
     std::vector<fit::PartFit> known_parts_;
 };

@@ -38,6 +38,8 @@ class SectionWriter {
         sections_.back().rows.emplace_back(std::move(label),
                                            fmt::format(format, std::forward<Args>(args)...));
     }
+    /// Of the row that was added last.
+    void brief() { sections_.back().brief.push_back(sections_.back().rows.size() - 1); }
     std::string unit(int power = 1) const {
         return fmt::format("{}{}", base::short_name(report_.unit),
                            power == 2   ? "^2"
@@ -56,8 +58,10 @@ class SectionWriter {
 
     void verdict(const measure::Verdict& v) {
         sections_.push_back({"Verdict", {}});
-        for (const measure::Condition& c : v.conditions)
+        for (const measure::Condition& c : v.conditions) {
             row(measure::name_of(c.requirement), "{} {}", c.met ? "met" : "MISSED:", value(c));
+            if (!c.met) brief();
+        }
     }
     std::string value(const measure::Condition& c) const {
         std::string text;
@@ -89,6 +93,7 @@ class SectionWriter {
             base::short_name(i.unit));
         if (!i.originating_system.empty()) row("written by", "{}", i.originating_system);
         row("content", "{} solids, {} faces, {} free edges", i.solids, i.faces, i.free_edges);
+        brief();
         if (i.sewing_tolerance) {
             row("sewn", "gaps up to {}, tolerance {}", length(i.largest_gap_closed.value_or(0.0)),
                 length(*i.sewing_tolerance));
@@ -98,6 +103,7 @@ class SectionWriter {
     void cage(const mesh::CageSummary& c) {
         sections_.push_back({"Cage", {}});
         row("size", "{} vertices, {} faces", c.vertices, c.faces);
+        brief();
         row("features",
             "{} creases, {} corners, {} extraordinary vertices, {} boundary edges, {} pins",
             c.creases, c.corners, c.extraordinary, c.boundary_edges, c.pins);
@@ -119,6 +125,7 @@ class SectionWriter {
                 length(l.rms_mm), l.seconds);
         }
         if (f.levels.empty()) return;
+        sections_.back().brief.push_back(1 + std::size_t(f.best_level));
         const fit::FitLevel& best = f.levels[std::size_t(f.best_level)];
         if (f.best_level + 1 < static_cast<int>(f.levels.size()))
             row("taken", "level {}: later ones were no better", f.best_level);
@@ -138,6 +145,7 @@ class SectionWriter {
         sections_.push_back({"Patches", {}});
         row("count", "{} bicubic patches ({}), {} control points", p.count, p.covering,
             p.control_points);
+        brief();
         if (p.caps.empty()) return;
         patch::CapReport worst;
         int depth = 0, kinked = 0, planeless = 0;
@@ -160,21 +168,26 @@ class SectionWriter {
         row("file", "{}", s.file);
         row("content", "{} solids, {} shells, {} faces, {} edges, {} vertices", s.solids,
             s.shells_closed + s.shells_open, s.faces, s.edges, s.vertices);
+        brief();
         for (const auto& [kind, count] : s.faces_by_kind)
             row(fmt::format("  {}", kind), "{}", count);
         row("state", "{}, {}",
             s.closed ? "closed" : fmt::format("open ({} free edges)", s.free_edges),
             s.valid ? "valid" : "NOT VALID");
+        if (report_.details) brief();
         if (s.nonmanifold_edges > 0) row("non-manifold", "{} edges", s.nonmanifold_edges);
         row("area", "{:.6g} {}", s.area * scale_ * scale_, unit(2));
+        if (report_.details) brief();
         if (s.solids > 0) row("volume", "{:.6g} {}", s.volume * scale_ * scale_ * scale_, unit(3));
         row("tolerance", "{}", length(s.max_tolerance));
         row("box", "{} to {}", place(s.bounds.min), place(s.bounds.max));
+        if (report_.details) brief();
     }
     void details(const DetailFigures& d) {
         sections_.push_back({"Details", {}});
         row("smallest face", "number {}, {:.4g} {}", d.smallest_face,
             d.smallest_area * scale_ * scale_, unit(2));
+        brief();
         if (d.narrowest_face)
             row("narrowest face", "number {}, {} wide", *d.narrowest_face,
                 length(d.narrowest_width));
@@ -188,8 +201,10 @@ class SectionWriter {
         row("edges", "{} sharp, {} smooth", d.sharp_edges, d.smooth_edges);
         row("features", "{} sharp curves, {} free curves, {} corners", d.sharp_curves,
             d.free_curves, d.corners);
+        brief();
         row("kinks", "{} faces with kinks inside; across smooth edges up to {:.3g} degrees at {}",
             d.kinked_faces, d.largest_kink_rad * 180.0 / M_PI, place(d.largest_kink_at));
+        brief();
         row("centre of mass", "{} of the {}", place(d.centre_of_mass),
             d.moments_of_volume ? "volume" : "surface");
         const int power = d.moments_of_volume ? 5 : 4;
@@ -209,6 +224,7 @@ class SectionWriter {
         const auto one = [&](const char* label, const measure::Deviation& side) {
             row(label, "max {} at {}, rms {}, 95 % {}, 99 % {}", relative(side.max), place(side.at),
                 length(side.rms), length(side.p95), length(side.p99));
+            brief();
             if (side.bound) row("  anywhere", "at most {}", relative(*side.bound));
             for (std::size_t i = 1; i < side.worst.size(); ++i) {
                 row(i == 1 ? "  then" : "", "{} at {}, face {}", length(side.worst[i].distance),
@@ -240,6 +256,7 @@ class SectionWriter {
         row("gap", "{}", relative(c.max_gap_mm));
         row("kink", "{:.3g} degrees at {} over {} smooth edges", c.max_kink_rad * 180.0 / M_PI,
             place(c.kink_at), c.smooth_edges);
+        brief();
         if (c.near_singular_kink_rad > 0.0)
             row("  within reach", "{:.3g} degrees at {}, beside a vertex without a tangent plane",
                 c.near_singular_kink_rad * 180.0 / M_PI, place(c.near_singular_kink_at));
@@ -252,6 +269,7 @@ class SectionWriter {
         row("file", "{}", g.file);
         row("size", "{} blocks, {} interfaces, {} points, {} cells", q.blocks, q.interfaces,
             q.points, q.cells);
+        brief();
         const auto one = [&](const char* label, const grid::Spread& s, double factor,
                              const char* unit) {
             if (s.count == 0) return;
@@ -259,6 +277,7 @@ class SectionWriter {
                 s.mean * factor);
         };
         one("smallest angle", q.min_angle, degrees, " degrees");
+        if (q.min_angle.count > 0) brief();
         one("skewness", q.skewness, 1.0, "");
         one("aspect ratio", q.aspect, 1.0, "");
         one("stretching", q.stretching, 1.0, "");
@@ -276,9 +295,11 @@ class SectionWriter {
                 q.extraordinary.size(), low * degrees, high * degrees, jump);
         }
         row("folded cells", "{}", q.folded);
+        brief();
         if (q.scaled_jacobian) {
             one("scaled Jacobian", *q.scaled_jacobian, 1.0, "");
             row("negative volumes", "{}", q.negative);
+            brief();
         }
     }
     void times() {
@@ -291,6 +312,7 @@ class SectionWriter {
             parts += fmt::format("{}{} {:.2f}", parts.empty() ? "" : ", ", stage, seconds);
         }
         row("seconds", "{:.2f} ({})", total, parts);
+        brief();
         row("peak memory", "{:.0f} MB", report_.peak_memory_mb);
     }
 
@@ -304,16 +326,45 @@ class SectionWriter {
 
 std::vector<Section> sections(const RunReport& report) { return SectionWriter(report).write(); }
 
-std::string to_text(const RunReport& report) {
-    const std::string verdict =
-        report.verdict ? report.verdict->sentence(report.unit) + "\n" : std::string();
-    std::string text = verdict;
-    for (const Section& section : sections(report)) {
+namespace {
+
+std::string full_text(const std::vector<Section>& sections) {
+    std::string text;
+    for (const Section& section : sections) {
         text += section.title + "\n";
         for (const auto& [label, value] : section.rows)
             text += fmt::format("  {:<16} {}\n", label, value);
     }
-    return text + verdict;
+    return text;
+}
+
+/// One line a row; what does not fit is counted.
+std::string brief_text(const std::vector<Section>& sections, std::size_t most_lines) {
+    std::vector<std::string> lines;
+    for (const Section& section : sections)
+        for (const std::size_t i : section.brief)
+            lines.push_back(fmt::format("  {:<20}{:<20}{}\n",
+                                        i == section.brief.front() ? section.title : "",
+                                        section.rows[i].first, section.rows[i].second));
+    std::string text;
+    for (std::size_t i = 0; i < std::min(lines.size(), most_lines); ++i)
+        text += i + 1 == most_lines && lines.size() > most_lines
+                    ? fmt::format("  and {} lines more: see --verbose\n", lines.size() - i)
+                    : lines[i];
+    return text;
+}
+
+}  // namespace
+
+std::string to_text(const RunReport& report, TextDetail detail) {
+    constexpr std::size_t most_lines = 15, of_verdict = 2;
+    const std::string verdict =
+        report.verdict ? report.verdict->sentence(report.unit) + "\n" : std::string();
+    const std::vector<Section> all = sections(report);
+    return verdict +
+           (detail == TextDetail::Full ? full_text(all)
+                                       : brief_text(all, most_lines - of_verdict)) +
+           verdict;
 }
 
 }  // namespace patchwright::report

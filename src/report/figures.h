@@ -12,6 +12,7 @@ namespace patchwright::report {
 struct Section {
     std::string title;
     std::vector<std::pair<std::string, std::string>> rows;
+    std::vector<std::size_t> brief;  ///< rows that are told even where there is little space
 };
 
 std::vector<Section> sections(const RunReport& report);

@@ -10,6 +10,9 @@ TEST_CASE("lengths with units are read", "[base]") {
     CHECK(base::parse_length("0.002in").in_millimetres(1.0) == Approx(0.0508));
     CHECK(base::parse_length("1e-4rel").in_millimetres(2000.0) == Approx(0.2));
     CHECK(base::parse_length("3cm").in_millimetres(1.0) == Approx(30.0));
+    CHECK(base::parse_length("0.1 mm").in_millimetres(1.0) == Approx(0.1));
+    CHECK(base::parse_length("1e-4 rel").in_millimetres(2000.0) == Approx(0.2));
+    CHECK(base::parse_length("1 inch").in_millimetres(1.0) == Approx(25.4));
     CHECK(base::parse_length("2ft").in_millimetres(1.0) == Approx(609.6));
 }
 
@@ -24,7 +27,7 @@ TEST_CASE("a unit is known by its size", "[base]") {
 
 TEST_CASE("what is no length is refused", "[base]") {
     for (const char* text :
-         {"", "mm", "0mm", "-1mm", "1", "1furlong", "nanmm", "infmm", "1e-4 rel"}) {
+         {"", "mm", "0mm", "-1mm", "1", "1furlong", "nanmm", "infmm", "1 ", "1mm "}) {
         CAPTURE(text);
         CHECK_THROWS_AS(base::parse_length(text), base::InvalidArgument);
     }

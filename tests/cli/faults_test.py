@@ -245,7 +245,8 @@ class FullDisk(Faults):
                         self.assertRegex(self.said(error), "cannot be written")
                         self.check_untouched(disk)
                 finally:
-                    subprocess.run(["umount", disk], check=True)
+                    # The process that reads CAD files may end a moment after the other one.
+                    subprocess.run(["umount", "--lazy", disk], check=True)
 
 
 if __name__ == "__main__":

@@ -22,6 +22,40 @@ namespace {
 /// More than machines have; each takes a stack.
 constexpr int most_threads = 1024;
 
+constexpr const char* erased_line = "\r\033[K";
+
+/// Stage, share done, seconds since the start, and what the stage will take at its pace so far.
+class ProgressLine {
+  public:
+    void draw(std::string_view stage, double fraction) {
+        if (stage != stage_ || fraction < fraction_) {
+            stage_ = stage;
+            stage_start_ = Clock::now();
+        }
+        fraction_ = fraction;
+        const double spent = seconds_since(stage_start_);
+        constexpr double least_share = 0.05, least_seconds = 1.0;  // to be told a pace
+        const std::string left =
+            fraction > least_share && spent > least_seconds
+                ? fmt::format(", {:.0f} s left", spent * (1.0 - fraction) / fraction)
+                : std::string();
+        const std::string line = fmt::format("{:<24} {:3.0f} % {:6.1f} s{}", stage, 100 * fraction,
+                                             seconds_since(start_), left);
+        if (line != last_) write_standard_error(erased_line + line);
+        last_ = line;
+    }
+
+  private:
+    using Clock = std::chrono::steady_clock;
+    static double seconds_since(Clock::time_point start) {
+        return std::chrono::duration<double>(Clock::now() - start).count();
+    }
+
+    Clock::time_point start_ = Clock::now(), stage_start_ = start_;
+    std::string stage_, last_;
+    double fraction_ = 0.0;
+};
+
 /// The report of the run that an error has ended.
 struct FailedRun {
     std::string json;  ///< where it goes; empty: nowhere
@@ -54,7 +88,8 @@ std::vector<std::pair<std::string, std::string>> used_options(const CLI::App& co
 void add_common_options(CLI::App& command, CommonOptions& options, bool with_html) {
     options.command = &command;
     command.add_flag("-q,--quiet", options.quiet, "print errors only");
-    command.add_flag("-v,--verbose", options.verbose, "print stage times as they end");
+    command.add_flag("-v,--verbose", options.verbose,
+                     "print all figures, and stage times as they end");
     command.add_flag("--progress", options.progress,
                      "show progress even where there is no terminal");
     command.add_option("--threads", options.threads, "threads to use; 0: all cores")
@@ -94,18 +129,14 @@ void write_failure(const report::Failure& failure) noexcept {
     }
 }
 
+bool Run::shows_progress() const {
+    return !options_.quiet && (options_.progress || ::isatty(STDERR_FILENO) != 0);
+}
+
 base::Progress Run::progress() const {
-    const bool show = !options_.quiet && (options_.progress || ::isatty(STDERR_FILENO) != 0);
-    return [show, last = std::string(), start = std::chrono::steady_clock::now()](
-               std::string_view stage, double fraction) mutable {
-        if (show) {
-            const double seconds =
-                std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-            const auto line =
-                fmt::format("{:<10} {:3.0f} % {:6.1f} s", stage, 100 * fraction, seconds);
-            if (line != last) write_standard_error(fmt::format("\r{}\033[K", line));
-            last = line;
-        }
+    return [show = shows_progress(), line = ProgressLine()](std::string_view stage,
+                                                            double fraction) mutable {
+        if (show) line.draw(stage, fraction);
         return stop_signal() == 0;
     };
 }
@@ -127,23 +158,27 @@ void Run::add_stage(const std::string& name, double seconds) {
 
 void Run::note_stage(const std::string& name, double seconds) {
     report.seconds = clock_.seconds();
-    if (options_.verbose) write_standard_error(fmt::format("{}: {:.2f} s\n", name, seconds));
+    if (options_.verbose)
+        write_standard_error(
+            fmt::format("{}{}: {:.2f} s\n", shows_progress() ? erased_line : "", name, seconds));
 }
 
 void Run::notice(const std::string& text) {
     report.notices.push_back(text);
-    if (!options_.quiet) write_standard_error(fmt::format("note: {}\n", text));
+    if (!options_.quiet)
+        write_standard_error(
+            fmt::format("{}note: {}\n", shows_progress() ? erased_line : "", text));
 }
 
 int Run::finish() {
-    if (!options_.quiet && (options_.progress || ::isatty(STDERR_FILENO) != 0)) {
-        write_standard_error("\r\033[K");
-    }
+    if (shows_progress()) write_standard_error(erased_line);
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
     report.peak_memory_mb = double(usage.ru_maxrss) / 1024.0;
     return finish(options_.json.empty() ? "" : report::to_json(report),
-                  options_.html.empty() ? "" : report::to_html(report), report::to_text(report));
+                  options_.html.empty() ? "" : report::to_html(report),
+                  report::to_text(report, options_.verbose ? report::TextDetail::Full
+                                                           : report::TextDetail::Brief));
 }
 
 int Run::finish(const std::string& json, const std::string& html, const std::string& text) {

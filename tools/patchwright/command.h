@@ -78,6 +78,7 @@ class Run {
     base::OutputSet outputs;
 
   private:
+    [[nodiscard]] bool shows_progress() const;
     void note_stage(const std::string& name, double seconds);
 
     const CommonOptions& options_;

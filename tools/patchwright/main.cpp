@@ -1,6 +1,7 @@
 // The command line: reads arguments, turns errors into the contract's exit codes.
 #include "checks.h"
 #include "command.h"
+#include "help.h"
 #include "options.h"
 #include "signals.h"
 
@@ -37,6 +38,9 @@ int report_error() {
     if (const int signal = stop_signal()) return fail(exit_code_of(signal), message_of(signal));
     try {
         throw;
+    } catch (const CLI::ConfigError& error) {
+        return fail(Usage,
+                    fmt::format("--config: there is no such option: {}; see --help", error.what()));
     } catch (const CLI::ParseError& error) {
         return fail(Usage, std::string(error.what()) + "; see --help");
     } catch (const base::UsageError& error) {
@@ -78,12 +82,22 @@ void register_all(CLI::App& app, int& exit_code) {
     for (CLI::App* command : app.get_subcommands({}))
         for (CLI::Option* option : command->get_options())
             if (option->get_items_expected_max() > 0) option->check(is_not_empty());
+    describe_commands(app);
+    register_help(app);
+    // What a subcommand does not know, as --version and --config, is the program's.
+    for (CLI::App* command : app.get_subcommands({})) command->fallthrough();
 }
 
 int run(int argc, char** argv) {
     CLI::App app{
-        "Legacy CAD to a few clean, smooth, untrimmed patches that form one watertight solid."};
+        "Legacy CAD to a few clean, smooth, untrimmed patches that form one watertight solid.",
+        "patchwright"};
     app.set_version_flag("--version", "patchwright " + std::string(base::version()));
+    app.set_config("--config", "",
+                   "TOML file with options by subcommand, as in [convert] tolerance = \"0.1mm\"; "
+                   "those of the command line go first")
+        ->type_name("FILE.toml");
+    app.allow_config_extras(CLI::config_extras_mode::error);
     app.require_subcommand(1);
     app.footer(
         "Exit codes: 0 done and the verdict is met, 1 usage, 2 input unreadable or unusable, 3 the "
@@ -94,6 +108,7 @@ int run(int argc, char** argv) {
     int exit_code = Done;
     register_all(app, exit_code);
     try {
+        check_names(app, std::vector<std::string>(argv + 1, argv + argc));
         app.parse(argc, argv);
         return exit_code;
     } catch (const CLI::Success& help) {

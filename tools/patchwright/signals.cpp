@@ -37,8 +37,10 @@ sem_t signal_arrived;
 
 /// Allocates nothing.
 void print_line(std::string_view text) noexcept {
+    // Over a line of progress.
+    const std::string_view start = ::isatty(STDERR_FILENO) != 0 ? "\r\033[K" : "";
     for (const std::string_view part :
-         {std::string_view("patchwright: "), text, std::string_view("\n")}) {
+         {start, std::string_view("patchwright: "), text, std::string_view("\n")}) {
         if (::write(STDERR_FILENO, part.data(), part.size()) < 0) return;
     }
 }

@@ -155,7 +155,12 @@ std::string to_json(const RunReport& report);
 /// One self-contained page.
 std::string to_html(const RunReport& report);
 
-/// A few lines for the terminal.
-std::string to_text(const RunReport& report);
+enum class TextDetail {
+    Brief,  ///< at most 15 lines
+    Full
+};
+
+/// For the terminal: the verdict is the first and the last line.
+std::string to_text(const RunReport& report, TextDetail detail = TextDetail::Full);
 
 }  // namespace patchwright::report
