@@ -24,10 +24,9 @@ bool is_simple(const DirectionCone& du, const DirectionCone& dv) {
     return share_half_space({du, dv}) && share_half_space({du, dv.opposite()});
 }
 
-/// Along which the surface leads in the mean over its control points; empty where it has no such
-/// direction: it turns by more than 60 degrees from it on average.
-std::optional<Vec3> mean_direction(const geom::BsplineSurface& s, bool along_u) {
-    constexpr double least_share = 0.5;
+/// From where the surface's lines begin to where they end, in the mean; empty where they lead back.
+std::optional<Vec3> mean_chord(const geom::BsplineSurface& s, bool along_u) {
+    constexpr double least_share = 1e-4;  // of the lines' length
     Vec3 sum = Vec3::Zero();
     double length = 0.0;
     for (Eigen::Index i = along_u ? 1 : 0; i < s.rows(); ++i) {
@@ -39,26 +38,32 @@ std::optional<Vec3> mean_direction(const geom::BsplineSurface& s, bool along_u) 
         }
     }
     if (!(sum.norm() > least_share * length)) return std::nullopt;
-    return sum.normalized();
+    return Vec3(sum / double(along_u ? s.columns() : s.rows()));
 }
 
-/// In which the mean directions of the parameter lines are at right angles.
+/// In which the mean chords of both kinds of lines are at right angles and equally long: on a
+/// slender surface both run along it wherever they are oblique, almost opposite to each other,
+/// which takes pieces as small as it is narrow to tell.
 SurfaceFrame frame_of(const geom::BsplineSurface& surface, double resolution) {
     constexpr double least_of_resolution = 1e-7, least_rel = 1e-12;
-    // Rounding of directions grows as angles are widened.
-    constexpr double least_sine = 1e-3;
+    // Rounding of directions grows as angles are widened, and as lengths are made equal.
+    constexpr double least_sine = 1e-3, least_width = 1e-3;
     SurfaceFrame frame;
     frame.least_mm = std::max(least_of_resolution * resolution,
                               least_rel * geom::bounding_box(surface.points).diagonal());
-    const auto u = mean_direction(surface, true), v = mean_direction(surface, false);
+    const auto u = mean_chord(surface, true), v = mean_chord(surface, false);
     if (!u || !v) return frame;
-    const Vec3 normal = u->cross(*v);
+    const Vec3 normal = u->normalized().cross(v->normalized());
     const double sine = normal.norm();
     if (!(sine > least_sine)) return frame;
+    const double longest = std::max(u->norm(), v->norm());
+    const auto width = [&](const Vec3& chord) {
+        return std::max(chord.norm() / longest, least_width);
+    };
     Eigen::Matrix3d axes;
-    axes << *u, *v, normal / sine;
+    axes << width(*u) * u->normalized(), width(*v) * v->normalized(), normal / sine;
     frame.map = axes.inverse();
-    frame.least_mm /= sine;
+    frame.least_mm /= sine * std::min(width(*u), width(*v));
     return frame;
 }
 

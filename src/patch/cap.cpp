@@ -2,8 +2,6 @@
 
 #include "patch/cap_surface.h"
 
-#include <patchwright/subd/limit_mask.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -20,10 +18,6 @@ using subd::RingKind;
 
 namespace {
 
-/// Parameters in a cap, as shares of its size: where it is fitted and where it is measured.
-constexpr std::array<double, 5> fit_shares{0.04, 0.2, 0.4, 0.6, 0.8};
-constexpr std::array<double, 6> check_shares{0.02, 0.12, 0.3, 0.5, 0.7, 0.9};
-
 /// What third derivatives count beside distances from the limit surface, in the order of trial:
 /// alone, then less and less. Yet less makes waves at valence 12.
 constexpr double weights_of_bending[] = {0.03, 0.01, 0.003};
@@ -37,26 +31,10 @@ constexpr double least_sector_rad = 0.05, widest_sector_rad = 0.95 * M_PI;
 /// Where tangent planes do not agree, knots go at least so deep to keep the kink small.
 constexpr int depth_of_kinks = 8;
 
-/// Of a corner's parameters (s along the edge that leaves it, t along the one that arrives) those
-/// of the face.
-Eigen::Vector2d face_parameters(int corner, double s, double t) {
-    switch (corner) {
-        case 0: return {s, t};
-        case 1: return {1.0 - t, s};
-        case 2: return {1.0 - s, 1.0 - t};
-        default: return {t, 1.0 - s};
-    }
-}
-
 /// Knots 0, 0, 0, 1/2, 1/2, 1/2, 1, 1, 1: three from k on are the blossom's arguments of point k.
 Eigen::Vector3d half_triple(int k) {
     const auto knot = [](int i) { return 0.5 * double(i / 3); };
     return {knot(k), knot(k + 1), knot(k + 2)};
-}
-
-std::span<const double> shares_of(Samples samples) {
-    if (samples == Samples::Fit) return fit_shares;
-    return check_shares;
 }
 
 Eigen::Vector3d unit_triple(int k) {
@@ -130,6 +108,7 @@ struct CapBuilder::Sector {
     const RingKind* kind;
     Points local;
     int corner;
+    Points check;  ///< of the limit surface, at the shares where caps are measured
 
     void descend() {
         const RingKind::Child& child = kind->child(corner);
@@ -181,21 +160,8 @@ const CapSolver& CapBuilder::solver_of(FanKind kind, int size) {
     return *solver;
 }
 
-Points CapBuilder::limit_points(const Sector& sector, Samples samples) {
-    const std::lock_guard lock(mutex_);
-    Eigen::MatrixXd& masks = masks_[{sector.kind, sector.corner, samples}];
-    if (masks.size() == 0) {
-        const std::span<const double> shares = shares_of(samples);
-        masks.resize(Eigen::Index(shares.size() * shares.size()), sector.kind->slots());
-        Eigen::Index row = 0;
-        for (const double s : shares) {
-            for (const double t : shares) {
-                const Eigen::Vector2d uv = face_parameters(sector.corner, s, t);
-                masks.row(row++) = subd::ring_mask(*sector.kind, uv.x(), uv.y()).position();
-            }
-        }
-    }
-    return masks * sector.local;
+void CapBuilder::find_check_points(std::vector<Sector>& sectors) {
+    for (Sector& s : sectors) s.check = limit_.points(*s.kind, s.corner, s.local, Samples::Check);
 }
 
 CapSurface CapBuilder::surface_of(const Cap& cap, const std::vector<Sector>& sectors) {
@@ -213,16 +179,16 @@ CapSurface CapBuilder::surface_of(const Cap& cap, const std::vector<Sector>& sec
 
 std::vector<CapSurface::CapFoot> CapBuilder::feet(const Cap& cap,
                                                   const std::vector<Sector>& sectors,
+                                                  const std::vector<Points>& limit,
                                                   Samples samples) {
     const CapSurface surface = surface_of(cap, sectors);
     const std::span<const double> shares = shares_of(samples);
     std::vector<CapSurface::CapFoot> feet;
-    for (std::size_t s = 0; s < sectors.size(); ++s) {
-        const Points limit = limit_points(sectors[s], samples);
+    for (std::size_t s = 0; s < limit.size(); ++s) {
         Eigen::Index row = 0;
         for (const double u : shares) {
             for (const double v : shares) {
-                feet.push_back(surface.foot(limit.row(row++), static_cast<int>(s), u, v));
+                feet.push_back(surface.foot(limit[s].row(row++), static_cast<int>(s), u, v));
             }
         }
     }
@@ -242,14 +208,16 @@ bool CapBuilder::folds(const Cap& cap, const std::vector<Sector>& sectors) {
     }
     if (!is_folded(grids)) return false;
     for (std::size_t s = 0; s < sectors.size(); ++s) {
-        grids[s] = limit_points(sectors[s], Samples::Check);
+        grids[s] = sectors[s].check;
     }
     return !is_folded(grids);
 }
 
 double CapBuilder::distance(const Cap& cap, const std::vector<Sector>& sectors) {
+    std::vector<Points> limit;
+    for (const Sector& sector : sectors) limit.push_back(sector.check);
     double largest = 0.0;
-    for (const CapSurface::CapFoot& foot : feet(cap, sectors, Samples::Check)) {
+    for (const CapSurface::CapFoot& foot : feet(cap, sectors, limit, Samples::Check)) {
         largest = std::max(largest, foot.distance);
     }
     return largest;
@@ -298,23 +266,51 @@ bool CapBuilder::fill_smoothly(const std::vector<Sector>& sectors, Cap& cap,
         near = take(solver->solve(net));
         if (folds(cap, sectors)) return false;
     }
-    if (near) return true;
+    if (!near) fit_smoothly(sectors, *solver, net, cap);
+    return true;
+}
+
+void CapBuilder::fit_smoothly(const std::vector<Sector>& sectors, const CapSolver& solver,
+                              const CapSolver::Net& net, Cap& cap) {
+    std::vector<Points> points;
+    for (const Sector& s : sectors)
+        points.push_back(limit_.points(*s.kind, s.corner, s.local, Samples::Fit));
+    const Cap smoothest = cap;
     Cap best = cap;
-    for (const double weight : weights_of_bending) {
-        for (int round = 0; round < fit_rounds; ++round) {
-            std::vector<CapSolver::Target> targets;
-            for (const CapSurface::CapFoot& foot : feet(cap, sectors, Samples::Fit)) {
-                targets.push_back(foot.place);
+    // In faces that are narrow beside the distances, the cap's tangent planes tilt to the side,
+    // which turns its parameters over; those of the limit surface do not.
+    for (const bool by_limit_normals : {false, true}) {
+        bool turned_over = false;
+        cap = smoothest;
+        for (const double weight : weights_of_bending) {
+            for (int round = 0; round < fit_rounds; ++round) {
+                std::vector<CapSolver::Target> targets;
+                for (const CapSurface::CapFoot& foot : feet(cap, sectors, points, Samples::Fit))
+                    targets.push_back(foot.place);
+                if (by_limit_normals) take_limit_normals(sectors, targets);
+                set_pieces(solver.fit(net, targets, weight), sectors, cap);
+                cap.report.distance_mm = distance(cap, sectors);
+                if (folds(cap, sectors) || surface_of(cap, sectors).turns_over()) {
+                    turned_over = true;
+                    break;  // going on from its feet makes that worse
+                }
+                if (cap.report.distance_mm <= tolerance_mm_) return;
+                if (cap.report.distance_mm < best.report.distance_mm) best = cap;
             }
-            const bool fitted = take(solver->fit(net, targets, weight));
-            // Going on from its feet makes that worse.
-            if (folds(cap, sectors) || surface_of(cap, sectors).turns_over()) break;
-            if (fitted) return true;
-            if (cap.report.distance_mm < best.report.distance_mm) best = cap;
         }
+        if (!turned_over) break;
     }
     cap = std::move(best);
-    return true;
+}
+
+void CapBuilder::take_limit_normals(const std::vector<Sector>& sectors,
+                                    std::vector<CapSolver::Target>& targets) {
+    std::size_t k = 0;
+    for (const Sector& s : sectors) {
+        const Points normals = limit_.normals(*s.kind, s.corner, s.local, Samples::Fit);
+        for (Eigen::Index row = 0; row < normals.rows(); ++row, ++k)
+            if (!normals.row(row).isZero()) targets[k].normal = normals.row(row);
+    }
 }
 
 void CapBuilder::set_pieces(const CapSolver::Net& net, const std::vector<Sector>& sectors,
@@ -362,7 +358,7 @@ Cap CapBuilder::build(const Fan& fan) {
     std::vector<int> steps;
     for (const CornerId c : fan.corners) {
         const subd::Ring ring = table_.ring(t, t.face(c));
-        sectors.push_back({ring.kind, gather(ring, cage_.points), position(t, c)});
+        sectors.push_back({ring.kind, gather(ring, cage_.points), position(t, c), {}});
         steps.push_back(steps_to_one_corner(*ring.kind, position(t, c)));
     }
     const int first_level = *std::max_element(steps.begin(), steps.end());
@@ -379,12 +375,16 @@ Cap CapBuilder::build(const Fan& fan) {
                       .depth = depth,
                       .limit_has_plane = has_tangent_plane(fan.kind)};
         cap.pieces.resize(sectors.size());
-        const std::vector<Sector> outside = sectors;
+        std::vector<Sector> outside = sectors;
+        find_check_points(outside);
         for (Sector& sector : sectors) sector.descend();
         smooth = smooth && fill_smoothly(outside, cap, corner);
         if (!smooth) fill_by_limit(outside, cap);
         cap.report.smooth = smooth || alone;
-        if (!smooth) cap.report.distance_mm = distance(cap, sectors);
+        if (!smooth) {
+            find_check_points(sectors);
+            cap.report.distance_mm = distance(cap, sectors);
+        }
         const bool last = depth >= max_cap_depth;
         if (options_.cap_depth) {
             if (depth >= *options_.cap_depth || last) return cap;

@@ -1,6 +1,7 @@
 // What fills the squares at extraordinary vertices that regular pieces leave open.
 #pragma once
 
+#include "patch/cap_limit.h"
 #include "patch/cap_solver.h"
 #include "patch/cap_surface.h"
 #include "patch/fan.h"
@@ -12,7 +13,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <tuple>
+#include <utility>
 
 namespace patchwright::patch {
 
@@ -32,9 +33,6 @@ struct Cap {
     /// Parameters seen from the corner where pieces meet, rising, twice where they meet with C1.
     [[nodiscard]] std::vector<double> knots(int steps_to_one_corner) const;
 };
-
-/// Points of the limit surface that caps are fitted to, and others that they are measured at.
-enum class Samples { Fit, Check };
 
 /// Fills fans of one cage. Thread-safe.
 class CapBuilder {
@@ -57,15 +55,22 @@ class CapBuilder {
                                      std::unique_ptr<CapSolver>& corner);
     static void set_pieces(const CapSolver::Net& net, const std::vector<Sector>& sectors, Cap& cap);
     static void fill_by_limit(const std::vector<Sector>& sectors, Cap& cap);
+    /// Of fits with ever less weight on bending takes the first within the tolerance, else the
+    /// nearest one or the cap as it is.
+    void fit_smoothly(const std::vector<Sector>& sectors, const CapSolver& solver,
+                      const CapSolver::Net& net, Cap& cap);
+    void take_limit_normals(const std::vector<Sector>& sectors,
+                            std::vector<CapSolver::Target>& targets);
+    void find_check_points(std::vector<Sector>& sectors);
     /// Whether the cap faces away from most of itself somewhere, and the limit surface does not.
-    [[nodiscard]] bool folds(const Cap& cap, const std::vector<Sector>& sectors);
-    [[nodiscard]] double distance(const Cap& cap, const std::vector<Sector>& sectors);
+    [[nodiscard]] static bool folds(const Cap& cap, const std::vector<Sector>& sectors);
+    [[nodiscard]] static double distance(const Cap& cap, const std::vector<Sector>& sectors);
     /// Its pieces seen from the vertex, in shares of the cap's size.
     static CapSurface surface_of(const Cap& cap, const std::vector<Sector>& sectors);
-    [[nodiscard]] std::vector<CapSurface::CapFoot> feet(const Cap& cap,
-                                                        const std::vector<Sector>& sectors,
-                                                        Samples samples);
-    [[nodiscard]] geom::Points limit_points(const Sector& sector, Samples samples);
+    /// @param limit  by sector
+    [[nodiscard]] static std::vector<CapSurface::CapFoot> feet(
+        const Cap& cap, const std::vector<Sector>& sectors, const std::vector<geom::Points>& limit,
+        Samples samples);
     const CapSolver& solver_of(FanKind kind, int size);
 
     const mesh::Cage& cage_;
@@ -74,7 +79,7 @@ class CapBuilder {
     subd::RingTable& table_;
     std::mutex mutex_;
     std::map<std::pair<FanKind, int>, std::unique_ptr<CapSolver>> solvers_;
-    std::map<std::tuple<const subd::RingKind*, int, Samples>, Eigen::MatrixXd> masks_;
+    LimitSampler limit_;
 };
 
 }  // namespace patchwright::patch

@@ -175,6 +175,18 @@ TEST_CASE("slender sheets are as simple as wide ones", "[measure][oracle]") {
     check_closes(surfaces[3], hits[0]);
 }
 
+TEST_CASE("narrow tongues are told from loops", "[measure][oracle]") {
+    // Lines along u lead to the tip of the tongue, and back beside where they came from.
+    for (const double width : {1.0, 0.1, 0.01}) {
+        CAPTURE(width);
+        const auto tongue = spline_surface(10, 10, [=](double u, double v) {
+            const double depth = 50.0 * u * (1.0 - u) * (1.0 - v) * (1.0 - v);
+            return Vec3(width * u, depth, 50.0 * v - 0.5 * depth);
+        });
+        CHECK(find_self_intersections({tongue}, 1e-4).empty());
+    }
+}
+
 TEST_CASE("a narrow face of a fan that passes through its neighbour", "[measure][oracle]") {
     constexpr int faces = 96;
     constexpr double width = 2 * M_PI / faces;
