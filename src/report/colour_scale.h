@@ -2,9 +2,11 @@
 #pragma once
 
 #include <patchwright/base/colour.h>
+#include <patchwright/measure/field.h>
 
 #include <algorithm>
 #include <array>
+#include <initializer_list>
 
 namespace patchwright::report {
 
@@ -24,5 +26,15 @@ inline base::Colour scale_colour(double share) {
     return {a.red + t * (b.red - a.red), a.green + t * (b.green - a.green),
             a.blue + t * (b.blue - a.blue)};
 }
+
+/// Blue, white, red for -1, 0 and 1.
+base::Colour diverging_colour(double share);
+
+/// Of neighbouring numbers far apart: hues by the golden angle.
+base::Colour face_colour(int face);
+
+/// What nine tenths of the area of all fields keep below, 1/mm, so that colours mean the same on
+/// all; null pointers are left out.
+double usual_curvature(std::initializer_list<const measure::Field*> fields);
 
 }  // namespace patchwright::report

@@ -35,7 +35,7 @@ std::string view(const RunReport& report) {
     const Scene& scene = *report.scene;
     const measure::Field* field = scene.output ? &*scene.output : nullptr;
     if (field == nullptr) return {};
-    const std::string png = to_png(*field, {.scale_mm = scene.scale_mm});
+    const std::string png = to_png(*field, {.scale_mm = scene.scale_mm, .is_transparent = true});
     const std::string caption =
         field->distance_mm.empty()
             ? "The model and its faces"

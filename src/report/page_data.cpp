@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -21,9 +20,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int most_of_16_bits = 65535;
-/// Curvatures beyond those of this share of the area have the last colours.
-constexpr double usual_share = 0.9;
-
 /// Of a model; each takes 42 bytes of text.
 constexpr int most_vertices = 36000;
 
@@ -46,26 +42,6 @@ Json ranged(const std::vector<double>& values, double low, double high) {
 
 double largest(const std::vector<double>& values) {
     return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
-}
-
-/// What so much of the area of both models keeps below, so that colours mean the same on both.
-double usual_curvature(const Scene& scene) {
-    std::vector<std::pair<double, double>> parts;  // curvature, area
-    double whole = 0.0;
-    for (const std::optional<measure::Field>* field : {&scene.output, &scene.input}) {
-        if (!*field) continue;
-        for (const auto& [a, b, c] : (*field)->triangles) {
-            const auto point = [&](int i) { return geom::Vec3((*field)->points.row(i)); };
-            const double area = 0.5 * (point(b) - point(a)).cross(point(c) - point(a)).norm();
-            parts.emplace_back(std::abs((*field)->curvature[std::size_t(a)]), area);
-            whole += area;
-        }
-    }
-    std::sort(parts.begin(), parts.end());
-    double passed = 0.0;
-    for (const auto& [curvature, area] : parts)
-        if ((passed += area) >= usual_share * whole && curvature > 0.0) return curvature;
-    return 1.0;
 }
 
 Json triple(const geom::Vec3& p) { return {p.x(), p.y(), p.z()}; }
@@ -196,7 +172,8 @@ std::string page_data(const RunReport& report, const std::vector<Plot>& plots) {
     for (const Plot& plot : plots) json["plots"].push_back(plot_json(plot));
     if (report.scene) {
         const Scene& scene = *report.scene;
-        const double curvature = usual_curvature(scene);
+        const double curvature = usual_curvature(
+            {scene.output ? &*scene.output : nullptr, scene.input ? &*scene.input : nullptr});
         json["scale"] = scene.scale_mm;
         for (const base::Colour& c : scale_stops)
             json["colours"].push_back({c.red, c.green, c.blue});

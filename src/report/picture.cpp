@@ -54,6 +54,7 @@ class Projection {
         return {0.5 * width + q.x(), 0.5 * height - q.y(), q.z()};
     }
     [[nodiscard]] const Vec3& eye() const { return eye_; }
+    [[nodiscard]] const Vec3& up() const { return up_; }
     /// From above the left shoulder.
     [[nodiscard]] Vec3 light() const { return (eye_ + 0.4 * up_ - 0.3 * right_).normalized(); }
 
@@ -76,6 +77,7 @@ class Painter {
           pixels_(std::size_t(project_.width) * std::size_t(project_.height)) {}
 
     std::vector<unsigned char> paint() {
+        choose_values();
         for (std::size_t i = 0; i < field_.triangles.size(); ++i) triangle(i);
         for (const geom::Points& line : field_.lines)
             for (Eigen::Index i = 0; i + 1 < line.rows(); ++i)
@@ -88,22 +90,62 @@ class Painter {
         return pixels_[std::size_t(y) * std::size_t(project_.width) + std::size_t(x)];
     }
 
-    [[nodiscard]] Vec3 colour_of(int vertex) const {
-        const base::Colour c =
-            field_.distance_mm.empty()
-                ? grey
-                : scale_colour(field_.distance_mm[std::size_t(vertex)] / options_.scale_mm);
-        const double light = std::abs(project_.light().dot(field_.normals.row(vertex).transpose()));
-        return (0.35 + 0.65 * light) * Vec3(c.red, c.green, c.blue);
+    /// @param weights  of the triangle's corners
+    [[nodiscard]] Vec3 colour_at(std::size_t number, const Vec3& weights) const {
+        const std::array<int, 3>& t = field_.triangles[number];
+        Vec3 normal = Vec3::Zero();
+        for (int k = 0; k < 3; ++k)
+            normal += weights[k] * field_.normals.row(t[std::size_t(k)]).transpose();
+        normal.normalize();
+        if (normal.dot(project_.eye()) < 0.0) normal = -normal;
+        if (options_.layer == PictureLayer::Zebra) return Vec3::Constant(stripe(normal));
+        double share = 0.0;
+        if (values_ != nullptr)
+            for (int k = 0; k < 3; ++k)
+                share += weights[k] * (*values_)[std::size_t(t[std::size_t(k)])] / scale_;
+        base::Colour colour = grey;
+        if (options_.layer == PictureLayer::Patches)
+            colour = face_colour(field_.faces[number]);
+        else if (values_ == &field_.curvature)
+            colour = diverging_colour(share);
+        else if (values_ != nullptr)
+            colour = scale_colour(share);
+        constexpr double least_light = 0.35;
+        const double light = std::max(project_.light().dot(normal), 0.0);
+        return (least_light + (1.0 - least_light) * light) *
+               Vec3(colour.red, colour.green, colour.blue);
+    }
+
+    /// Lamps all around, along the picture's width, as the page's view has them.
+    [[nodiscard]] double stripe(const Vec3& normal) const {
+        constexpr double stripes = 14.0, dark = 0.06, bright = 0.96;
+        const Vec3 mirrored = 2.0 * project_.eye().dot(normal) * normal - project_.eye();
+        const double place =
+            stripes * std::acos(std::clamp(project_.up().dot(mirrored), -1.0, 1.0)) / M_PI;
+        return std::abs(place - std::floor(place) - 0.5) > 0.25 ? bright : dark;
+    }
+
+    void choose_values() {
+        const auto largest = [](const std::vector<double>& values) {
+            const auto at = std::max_element(values.begin(), values.end());
+            return at != values.end() && *at > 0.0 ? *at : 1.0;
+        };
+        if (options_.layer == PictureLayer::Curvature) {
+            values_ = &field_.curvature;
+            scale_ = usual_curvature({&field_});
+        } else if (options_.layer == PictureLayer::Deviation && !field_.distance_mm.empty()) {
+            values_ = &field_.distance_mm;
+            scale_ = options_.scale_mm;
+        } else if (options_.layer == PictureLayer::NormalAngle && !field_.distance_mm.empty()) {
+            values_ = &field_.normal_angle_rad;
+            scale_ = largest(field_.normal_angle_rad);
+        }
     }
 
     void triangle(std::size_t number) {
-        std::array<Vec3, 3> p, colour;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const int vertex = field_.triangles[number][k];
-            p[k] = project_(field_.points.row(vertex).transpose());
-            colour[k] = colour_of(vertex);
-        }
+        std::array<Vec3, 3> p;
+        for (std::size_t k = 0; k < 3; ++k)
+            p[k] = project_(field_.points.row(field_.triangles[number][k]).transpose());
         const auto cross = [](const Vec3& a, const Vec3& b, double x, double y) {
             return (b.x() - a.x()) * (y - a.y()) - (b.y() - a.y()) * (x - a.x());
         };
@@ -122,7 +164,7 @@ class Painter {
                 const auto depth = float(a * p[0].z() + b * p[1].z() + c * p[2].z());
                 Pixel& pixel = at(x, y);
                 if (depth <= pixel.depth) continue;
-                const Vec3 mixed = a * colour[0] + b * colour[1] + c * colour[2];
+                const Vec3 mixed = colour_at(number, {a, b, c});
                 pixel = {depth,
                          {float(mixed.x()), float(mixed.y()), float(mixed.z())},
                          field_.faces[number]};
@@ -182,9 +224,15 @@ class Painter {
                 sum[3] += 1.0;
             }
         }
+        const double all = double(finer * finer);
+        if (!options_.is_transparent) {
+            for (std::size_t k = 0; k < 3; ++k) sum[k] = (sum[k] + all - sum[3]) / all;
+            sum[3] = 1.0;
+            return sum;
+        }
         if (sum[3] > 0.0)
             for (std::size_t k = 0; k < 3; ++k) sum[k] /= sum[3];
-        sum[3] /= double(finer * finer);
+        sum[3] /= all;
         return sum;
     }
 
@@ -192,6 +240,8 @@ class Painter {
     const PictureOptions& options_;
     Projection project_;
     std::vector<Pixel> pixels_;
+    const std::vector<double>* values_ = nullptr;  ///< of the layer, if it has any
+    double scale_ = 1.0;
 };
 
 void append_number(std::string& bytes, std::uint32_t value) {

@@ -1,4 +1,4 @@
-"""Fields (--field) as VTK reads them: against planes whose distance is known, and the demo's wing.
+"""Fields (--field) and pictures (--picture) as VTK reads them: against planes whose distance is known, and sample models.
 
 Usage: field_test.py PATCHWRIGHT SAMPLES_DIR [unittest arguments]
 Exit code 77: VTK is not installed.
@@ -14,7 +14,7 @@ except ImportError:
     print("SKIPPED: python3-vtk9 is not installed")
     sys.exit(77)
 
-from command_line import CliTest, run, WING
+from command_line import CliTest, run, SAMPLES, WING
 
 SLOPE = 0.01
 
@@ -98,6 +98,62 @@ class Fields(CliTest):
 
     def test_refused(self):
         self.check_refused(["compare", *self.planes(), "--field", self.path("a.vtk")], 1, "--field", ".vtp or .glb")
+
+
+class Pictures(CliTest):
+    def picture(self, *arguments, size="320x200"):
+        """Rows of red, green, blue, from the top."""
+        file = self.path("a.png")
+        result = run(*arguments, "--picture", file, "--picture-size", size)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        reader = vtk.vtkPNGReader()
+        reader.SetFileName(str(file))
+        reader.Update()
+        image = reader.GetOutput()
+        width, height, _ = image.GetDimensions()
+        self.assertEqual(f"{width}x{height}", size)
+        pixels = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(height, width, 4)[::-1].astype(int)
+        self.assertEqual(pixels[..., 3].min(), 255)
+        return pixels[..., :3]
+
+    def planes_from(self, view, layer="deviation"):
+        flat = self.path("flat.obj", "v 0 0 0\nv 100 0 0\nv 100 50 0\nv 0 50 0\nf 1 2 3 4\n")
+        turned = self.path("turned.obj", "v 0 0 0\nv 100 0 1\nv 100 50 1\nv 0 50 0\nf 1 2 3 4\n")
+        return self.picture("compare", flat, turned, "--picture-view", view, "--picture-layer", layer)
+
+    def test_a_plane_from_above(self):
+        """100 x 50 mm, seen from above: in the middle, its deviation from 0 on the left to red on the right."""
+        pixels = self.planes_from("top")
+        rows, columns = np.nonzero((pixels != 255).any(axis=2))
+        width, height = np.ptp(columns) + 1, np.ptp(rows) + 1
+        self.assertAlmostEqual(width / height, 2.0, delta=0.06)
+        self.assertAlmostEqual(width, 0.94 * 320, delta=4)
+        middle = pixels[100]
+        left, right = middle[columns.min() + 8], middle[columns.max() - 8]
+        self.assertGreater(left[2], 2 * left[0])
+        self.assertGreater(right[0], 2 * right[2])
+        self.assertGreater(middle[160][1], middle[160][2])  # green
+        edge_on = self.planes_from("front")
+        rows = np.nonzero((edge_on != 255).any(axis=(1, 2)))[0]
+        self.assertLess(np.ptp(rows), 14)  # 1 mm of 50
+
+    def test_layers_of_a_sphere_like_cage(self):
+        cube = SAMPLES / "cages" / "cube.obj"
+        seen = {layer: self.picture("export", cube, "-o", self.path("a.step"), "--picture-layer", layer)
+                for layer in ("plain", "patches", "curvature", "zebra")}
+        drawn = {layer: pixels[(pixels != 255).any(axis=2)] for layer, pixels in seen.items()}
+        spread = {layer: np.median(np.ptp(colours, axis=1)) for layer, colours in drawn.items()}
+        self.assertLess(spread["plain"], 16)
+        self.assertGreater(spread["patches"], 30)
+        self.assertGreater(np.mean(drawn["curvature"][:, 2] > drawn["curvature"][:, 0]), 0.9)  # bends away all over
+        dark, bright = drawn["zebra"].max(axis=1) < 50, drawn["zebra"].min(axis=1) > 200
+        self.assertGreater(np.mean(dark | bright), 0.75)
+        self.assertGreater(min(np.mean(dark), np.mean(bright)), 0.15)
+
+    def test_refused(self):
+        for arguments in (["--picture", self.path("a.jpg")], ["--picture", self.path("a.png"), "--picture-size", "0x5"],
+                          ["--picture", self.path("a.png"), "--picture-view", "inside"]):
+            self.check_refused(["inspect", WING / "wing.step", *arguments], 1, "--picture")
 
 
 if __name__ == "__main__":

@@ -12,7 +12,8 @@ namespace {
 struct CompareOptions {
     CommonOptions common;
     InputOptions read;
-    std::string a, b, tolerance, field;
+    std::string a, b, tolerance;
+    ViewArguments view;
     int samples = convert::ConvertOptions{}.samples;
 };
 
@@ -33,8 +34,7 @@ measure::Verdict assess(const convert::Source& a, const convert::Source& b,
 }
 
 int compare_files(const CompareOptions& options) {
-    Run run(options.common,
-            {{options.a, options.b}, {{"--field", options.field, OutputKind::Field}}});
+    Run run(options.common, {{options.a, options.b}, view_files(options.view)});
     InputOptions output = options.read;
     output.unit.clear();  // given for A, as the input
     const convert::Source b = read_source(run, options.b, output);
@@ -48,10 +48,8 @@ int compare_files(const CompareOptions& options) {
     if (tolerance) run.report.verdict = assess(a, b, deviation, *tolerance);
     run.report.deviation = std::move(deviation);
     run.end_stage("check");
-    add_views(run, {.output = &b.surface(),
-                    .input = &a.surface(),
-                    .scale_mm = tolerance,
-                    .field = options.field});
+    add_views(run, options.view,
+              {.output = &b.surface(), .input = &a.surface(), .scale_mm = tolerance});
     return run.finish();
 }
 
@@ -72,7 +70,7 @@ void register_compare(CLI::App& app, int& exit_code) {
                                  "curves that are longer than 100 times this have to be kept: {}",
                                  length_help))
         ->check(is_length());
-    command->add_option("--field", options->field, std::string(field_help) + "; the output is B");
+    add_view_options(*command, options->view, true);
     add_input_options(*command, options->read);
     add_common_options(*command, options->common, true);
     command->callback([options, &exit_code] {

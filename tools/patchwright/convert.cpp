@@ -21,7 +21,8 @@ struct ConvertCommandOptions {
     FitArguments fit{.time_limit_s = time_limit_s};
     CageArguments cage;
     InputOptions read;
-    std::string input, cage_file, cage_out, field;
+    std::string input, cage_file, cage_out;
+    ViewArguments view;
     int samples = convert::ConvertOptions{}.samples;
 };
 
@@ -35,10 +36,11 @@ void note_attempts(Run& run, const convert::Conversion& conversion) {
 }
 
 int convert_file(const ConvertCommandOptions& options) {
-    Run run(options.common, {{options.input, options.cage_file},
-                             {{"--output", options.output.file, OutputKind::Cad},
-                              {"--cage-out", options.cage_out, OutputKind::Cage},
-                              {"--field", options.field, OutputKind::Field}}});
+    RunFiles files{{options.input, options.cage_file},
+                   {{"--output", options.output.file, OutputKind::Cad},
+                    {"--cage-out", options.cage_out, OutputKind::Cage}}};
+    for (const OutputFile& file : view_files(options.view)) files.outputs.push_back(file);
+    Run run(options.common, files);
     const base::Budget budget = run.budget(options.fit.time_limit_s);
     const convert::Source source =
         read_source(run, options.input, options.read, {.progress = budget.limited()});
@@ -66,11 +68,11 @@ int convert_file(const ConvertCommandOptions& options) {
     if (!options.cage_out.empty())
         write_cage(run, best.fitted, options.cage_out,
                    base::parse_length_unit(options.fit.cage_unit));
-    add_views(run, {.output = best.output.get(),
-                    .input = &source.surface(),
-                    .cage = &best.fitted,
-                    .scale_mm = converting.tolerance_mm,
-                    .field = options.field});
+    add_views(run, options.view,
+              {.output = best.output.get(),
+               .input = &source.surface(),
+               .cage = &best.fitted,
+               .scale_mm = converting.tolerance_mm});
     return run.finish();
 }
 
@@ -84,12 +86,12 @@ void register_convert(CLI::App& app, int& exit_code) {
     command->add_option("--cage", options->cage_file,
                         "control mesh (OBJ); by default it is made from the CAD");
     command->add_option("--cage-out", options->cage_out, "write the fitted control mesh (OBJ)");
-    command->add_option("--field", options->field, field_help);
     add_input_options(*command, options->read);
     command->add_option("--samples", options->samples, "samples for the deviation, each way")
         ->check(number_in(1, most_samples))
         ->capture_default_str();
     add_output_options(*command, options->output);
+    add_view_options(*command, options->view, true);
     add_cage_options(*command, options->cage);
     add_fit_options(*command, options->fit);
     add_common_options(*command, options->common, true);

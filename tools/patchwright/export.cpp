@@ -16,6 +16,7 @@ namespace {
 struct ExportOptions {
     CommonOptions common;
     OutputOptions output;
+    ViewArguments view;
     std::string cage;
     std::string cage_unit = "mm";
     std::string tolerance = "1e-4rel";
@@ -27,7 +28,9 @@ int export_cage(const ExportOptions& options) {
         throw base::UsageError(
             "--color deviation needs an input to deviate from; use convert, or --color kind");
     }
-    Run run(options.common, {{options.cage}, {{"--output", options.output.file, OutputKind::Cad}}});
+    RunFiles files{{options.cage}, {{"--output", options.output.file, OutputKind::Cad}}};
+    for (const OutputFile& file : view_files(options.view)) files.outputs.push_back(file);
+    Run run(options.common, files);
     run.report.unit = output_unit(options.output, cage_unit);
     const mesh::Cage cage = read_cage(run, options.cage, cage_unit);
     occ::check_size(geom::bounding_box(cage.points), options.cage);
@@ -52,9 +55,9 @@ int export_cage(const ExportOptions& options) {
     run.report.continuity = figures.continuity;
     run.report.verdict = measure::assess(convert::verdict_figures(figures, shape.closed));
     run.end_stage("check");
-    if (run.writes_page()) {
+    if (shows_anything(run, options.view)) {
         const occ::CadReference surface(written);
-        add_views(run, {.output = &surface, .cage = &cage});
+        add_views(run, options.view, {.output = &surface, .cage = &cage});
     }
     return run.finish();
 }
@@ -76,6 +79,7 @@ void register_export(CLI::App& app, int& exit_code) {
         ->check(is_length())
         ->capture_default_str();
     add_output_options(*command, options->output);
+    add_view_options(*command, options->view, false);
     add_common_options(*command, options->common, true);
     command->callback([options, &exit_code] {
         exit_code = about_input(options->cage, [&] { return export_cage(*options); });

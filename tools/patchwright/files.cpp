@@ -39,6 +39,7 @@ void check_kind(const OutputFile& output, const base::OutputTarget& target) {
         case OutputKind::Cage: check_extension(output, {".obj"}); break;
         case OutputKind::Grid: grid::grid_format(output.file); break;
         case OutputKind::Field: check_extension(output, {".vtp", ".glb"}); break;
+        case OutputKind::Picture: check_extension(output, {".png"}); break;
         case OutputKind::Json:
             if (!target.is_stream) check_extension(output, {".json"});
             break;

@@ -135,7 +135,7 @@ void add_block_options(CLI::App& command, GridOptions& options) {
         .add_option("--blocks", options.blocks,
                     "one for as many faces of one group as possible (groups), for as many faces "
                     "as possible (charts), or for each face (faces)")
-        ->check(CLI::IsMember({"groups", "charts", "faces"}))
+        ->check(CLI::IsMember({"groups", "charts", "faces"}).description(""))
         ->capture_default_str();
     command.add_flag("--join", options.join, "join blocks of one family where they share a side");
     command
@@ -156,7 +156,7 @@ void add_block_options(CLI::App& command, GridOptions& options) {
 
 void add_spacing_options(CLI::App& command, GridOptions& options) {
     command.add_option("--spacing", options.law, "uniform, geometric, tanh or cosine")
-        ->check(CLI::IsMember({"uniform", "geometric", "tanh", "cosine"}))
+        ->check(CLI::IsMember({"uniform", "geometric", "tanh", "cosine"}).description(""))
         ->capture_default_str();
     command.add_flag("--curvature", options.curvature,
                      "more points where block edges are curved, before the spacing law");
@@ -210,10 +210,10 @@ void register_grid(CLI::App& app, int& exit_code) {
     add_spacing_options(*command, *options);
     command
         ->add_option("--plot3d", options->form, "Plot3D files: binary, fortran (records) or ascii")
-        ->check(CLI::IsMember({"binary", "fortran", "ascii"}))
+        ->check(CLI::IsMember({"binary", "fortran", "ascii"}).description(""))
         ->capture_default_str();
     command->add_option("--endian", options->endian, "byte order of Plot3D files: little or big")
-        ->check(CLI::IsMember({"little", "big"}))
+        ->check(CLI::IsMember({"little", "big"}).description(""))
         ->capture_default_str();
     add_layer_options(*command, *options);
     add_common_options(*command, options->common, true);

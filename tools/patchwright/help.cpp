@@ -33,6 +33,10 @@ const std::map<std::string, Described> descriptions{
     {"--json", {"Files", "FILE.json"}},
     {"--report", {"Files", "FILE.html"}},
     {"--field", {"Files", "FILE.vtp|.glb"}},
+    {"--picture", {"Files", "FILE.png"}},
+    {"--picture-view", {"Picture", "iso|front|back|left|right|top|bottom"}},
+    {"--picture-layer", {"Picture", "deviation|angle|curvature|patches|zebra|plain"}},
+    {"--picture-size", {"Picture", "WxH"}},
     {"--input-unit", {"Reading", units}},
     {"--cage-unit", {"Reading", units}},
     {"--allow-loss", {"Reading", ""}},
@@ -186,7 +190,7 @@ void register_help(CLI::App& app) {
     CLI::App* complete = app.add_subcommand("completion", "completion script for a shell");
     complete->add_option("shell", *shell, "the shell")
         ->required()
-        ->check(CLI::IsMember({"bash", "zsh", "fish"}))
+        ->check(CLI::IsMember({"bash", "zsh", "fish"}).description(""))
         ->type_name("bash|zsh|fish");
     complete->footer("Examples:\n  source <(patchwright completion bash)");
     complete->callback([&app, shell] { write_standard_output(completion(app, *shell)); });

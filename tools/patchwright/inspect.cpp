@@ -15,6 +15,7 @@ namespace {
 struct InspectOptions {
     CommonOptions common;
     InputOptions read;
+    ViewArguments view;
     std::string file;
     bool no_heal = false;
 };
@@ -88,10 +89,10 @@ report::DetailFigures mesh_details(const convert::Source& input) {
 }
 
 int inspect(const InspectOptions& options) {
-    Run run(options.common, {{options.file}, {}});
+    Run run(options.common, {{options.file}, view_files(options.view)});
     const convert::Source input =
         read_source(run, options.file, options.read,
-                    {.heal = !options.no_heal, .with_surface = run.writes_page()});
+                    {.heal = !options.no_heal, .with_surface = shows_anything(run, options.view)});
     run.report.solid = input.figures;
     occ::CloseInspectionOptions closely{.progress = run.progress()};
     if (input.options.sharp_angle_rad) closely.sharp_angle_rad = *input.options.sharp_angle_rad;
@@ -99,7 +100,8 @@ int inspect(const InspectOptions& options) {
                              ? mesh_details(input)
                              : detail_figures(input, occ::inspect_closely(*input.model, closely));
     run.end_stage("check");
-    if (run.writes_page()) add_views(run, {.output = &input.surface()});
+    if (shows_anything(run, options.view))
+        add_views(run, options.view, {.output = &input.surface()});
     return run.finish();
 }
 
@@ -113,6 +115,7 @@ void register_inspect(CLI::App& app, int& exit_code) {
     add_input_options(*command, options->read);
     command->add_flag("--no-heal", options->no_heal,
                       "CAD: as it is in the file, nothing sewn or turned");
+    add_view_options(*command, options->view, false);
     add_common_options(*command, options->common, true);
     command->callback([options, &exit_code] {
         exit_code = about_input(options->file, [&] { return inspect(*options); });

@@ -1,12 +1,40 @@
 #include "view.h"
 
+#include "options.h"
+
 #include <patchwright/report/field_file.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <charconv>
+#include <map>
 
 namespace patchwright::cli {
 
 namespace {
+
+/// From the model to the eye; z is up, and wings point along y.
+const std::map<std::string, geom::Vec3> views{
+    {"iso", {-0.55, -0.8, 0.6}}, {"front", {-1, 0, 0}}, {"back", {1, 0, 0}},   {"left", {0, -1, 0}},
+    {"right", {0, 1, 0}},        {"top", {0, 0, 1}},    {"bottom", {0, 0, -1}}};
+
+/// "960x540"
+/// @throw UsageError when it is no size
+std::pair<int, int> parse_size(const std::string& text) {
+    constexpr int most = 8192;
+    int width = 0, height = 0;
+    const char* const end = text.data() + text.size();
+    const auto [middle, error] = std::from_chars(text.data(), end, width);
+    if (error == std::errc{} && middle != end && *middle == 'x') {
+        const auto [rest, wrong] = std::from_chars(middle + 1, end, height);
+        if (wrong == std::errc{} && rest == end && width > 0 && height > 0 && width <= most &&
+            height <= most)
+            return {width, height};
+    }
+    throw base::UsageError(
+        fmt::format("'{}' is no size; use WIDTHxHEIGHT in pixels, up to {}", text, most));
+}
 
 double largest(const std::vector<double>& values) {
     return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
@@ -14,20 +42,68 @@ double largest(const std::vector<double>& values) {
 
 }  // namespace
 
-void add_views(Run& run, const View& view) {
-    if (view.field.empty() && !run.writes_page()) return;
-    const measure::FieldOptions options{.progress = run.progress()};
-    measure::Field output = measure::measure_field(*view.output, view.input, options);
+void add_view_options(CLI::App& command, ViewArguments& options, bool with_field) {
+    using report::PictureLayer;
+    if (with_field)
+        command.add_option("--field", options.field,
+                           "write deviation, normal angle and curvature all over the output: .vtp "
+                           "(ParaView) or .glb");
+    command.add_option("--picture", options.picture, "draw the output: .png");
+    command.add_option("--picture-view", options.from, "where it is seen from")
+        ->check(CLI::IsMember(&views).description(""))
+        ->capture_default_str();
+    add_choice<PictureLayer>(command, "--picture-layer", options.layer,
+                             {{"deviation", PictureLayer::Deviation},
+                              {"angle", PictureLayer::NormalAngle},
+                              {"curvature", PictureLayer::Curvature},
+                              {"patches", PictureLayer::Patches},
+                              {"zebra", PictureLayer::Zebra},
+                              {"plain", PictureLayer::Plain}},
+                             "what its colours are");
+    command.add_option("--picture-size", options.size, "pixels")
+        ->check([](const std::string& text) {
+            try {
+                parse_size(text);
+            } catch (const base::UsageError& error) {
+                return std::string(error.what());
+            }
+            return std::string();
+        })
+        ->capture_default_str();
+}
+
+std::vector<OutputFile> view_files(const ViewArguments& options) {
+    return {{"--field", options.field, OutputKind::Field},
+            {"--picture", options.picture, OutputKind::Picture}};
+}
+
+bool shows_anything(const Run& run, const ViewArguments& options) {
+    return !options.field.empty() || !options.picture.empty() || run.writes_page();
+}
+
+void add_views(Run& run, const ViewArguments& options, const View& view) {
+    if (!shows_anything(run, options)) return;
+    const measure::FieldOptions measuring{.progress = run.progress()};
+    measure::Field output = measure::measure_field(*view.output, view.input, measuring);
     const double farthest = largest(output.distance_mm);
     const double scale = view.scale_mm.value_or(farthest > 0.0 ? farthest : 1.0);
-    if (!view.field.empty())
-        run.outputs.add(view.field, has_extension(view.field, ".vtp")
-                                        ? report::to_vtp(output, run.report.unit)
-                                        : report::to_glb(output, scale));
+    if (!options.field.empty())
+        run.outputs.add(options.field, has_extension(options.field, ".vtp")
+                                           ? report::to_vtp(output, run.report.unit)
+                                           : report::to_glb(output, scale));
+    if (!options.picture.empty()) {
+        const auto [width, height] = parse_size(options.size);
+        run.outputs.add(options.picture,
+                        report::to_png(output, {.width = width,
+                                                .height = height,
+                                                .layer = options.layer,
+                                                .towards_eye = views.at(options.from),
+                                                .scale_mm = scale}));
+    }
     if (run.writes_page()) {
         report::Scene scene{.output = std::move(output), .scale_mm = scale};
         if (view.input != nullptr)
-            scene.input = measure::measure_field(*view.input, view.output, options);
+            scene.input = measure::measure_field(*view.input, view.output, measuring);
         if (view.cage != nullptr) scene.cage = *view.cage;
         run.report.scene = std::move(scene);
     }

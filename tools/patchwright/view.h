@@ -1,14 +1,28 @@
-// What is measured for looking at: fields as files, and the scene of the HTML report.
+// What is measured for looking at: fields and pictures as files, the scene of the HTML report.
 #pragma once
 
 #include "command.h"
 
 #include <patchwright/geom/model_surface.h>
+#include <patchwright/report/picture.h>
 
 #include <optional>
 #include <string>
 
 namespace patchwright::cli {
+
+/// Options of subcommands that show a model.
+struct ViewArguments {
+    std::string field, picture;  ///< files; empty: none
+    std::string from = "iso", size = "960x540";
+    report::PictureLayer layer = report::PictureLayer::Deviation;
+};
+
+/// @param with_field  --field too, for subcommands that compare with another model
+void add_view_options(CLI::App& command, ViewArguments& options, bool with_field);
+
+/// The files that these options write.
+std::vector<OutputFile> view_files(const ViewArguments& options);
 
 struct View {
     const geom::ModelSurface* output = nullptr;
@@ -16,13 +30,13 @@ struct View {
     const mesh::Cage* cage = nullptr;           ///< may be null
     /// Deviation that is the last colour; none: the largest one.
     std::optional<double> scale_mm;
-    std::string field;  ///< file of the output's field; empty: none
 };
 
-constexpr const char* field_help =
-    "write deviation, normal angle and curvature all over the output: .vtp (ParaView) or .glb";
+/// Whether anything is to be shown: if not, surfaces are not needed.
+bool shows_anything(const Run& run, const ViewArguments& options);
 
-/// Adds the field's file to the run's outputs, and the scene to its report where HTML is asked for.
-void add_views(Run& run, const View& view);
+/// Adds the field's and the picture's files to the run's outputs, and the scene to its report where
+/// HTML is asked for.
+void add_views(Run& run, const ViewArguments& options, const View& view);
 
 }  // namespace patchwright::cli
