@@ -178,7 +178,8 @@ std::string page_data(const RunReport& report, const std::vector<Plot>& plots) {
         for (const base::Colour& c : scale_stops)
             json["colours"].push_back({c.red, c.green, c.blue});
         for (const auto& [name, field] :
-             {std::pair("input", &scene.input), std::pair("output", &scene.output)})
+             {std::pair("input", &scene.input),
+              std::pair(scene.input ? "output" : "model", &scene.output)})
             if (*field) json["models"].push_back(model(name, **field, curvature));
         if (scene.cage && scene.cage->points.rows() <= most_of_16_bits)
             json["cage"] = cage_json(*scene.cage);

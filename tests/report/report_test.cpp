@@ -1,8 +1,12 @@
+#include "report/thin_field.h"
+
 #include <patchwright/measure/deviation_statistics.h>
 #include <patchwright/report/run_report.h>
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
+
+#include <algorithm>
 
 using namespace patchwright;
 
@@ -104,4 +108,46 @@ TEST_CASE("deviation statistics of known distances", "[fit][oracle]") {
     CHECK(d.p99 == 99.0);
     CHECK(d.rms == Approx(std::sqrt(3383.5)));
     CHECK_FALSE(measure::deviation_statistics({}).face.has_value());
+}
+
+TEST_CASE("a field is thinned to what is asked for, and keeps its shape and its worst vertex",
+          "[report]") {
+    constexpr int n = 60;  // squares along a side of 1 mm each
+    measure::Field field;
+    field.points.resize((n + 1) * (n + 1), 3);
+    field.normals.resize(field.points.rows(), 3);
+    for (int i = 0; i <= n; ++i) {
+        for (int j = 0; j <= n; ++j) {
+            const int v = i * (n + 1) + j;
+            field.points.row(v) = geom::Vec3(i, j, 0.0);
+            field.normals.row(v) = geom::Vec3::UnitZ();
+            field.distance_mm.push_back(i == 17 && j == 41 ? 5.0 : 0.1);
+            field.normal_angle_rad.push_back(0.0);
+            field.curvature.push_back(0.0);
+            field.other_curvature.push_back(0.0);
+            if (i == n || j == n) continue;
+            field.triangles.push_back({v, v + n + 1, v + 1});
+            field.triangles.push_back({v + 1, v + n + 1, v + n + 2});
+            field.faces.insert(field.faces.end(), 2, 0);
+        }
+    }
+    const measure::Field same = report::thin_field(field, int(field.points.rows()));
+    CHECK(same.points == field.points);
+    CHECK(same.triangles == field.triangles);
+
+    constexpr int most = 400;
+    const measure::Field thin = report::thin_field(field, most);
+    CHECK(thin.points.rows() <= most);
+    CHECK(thin.points.rows() > most / 4);
+    REQUIRE(thin.distance_mm.size() == std::size_t(thin.points.rows()));
+    const auto worst = std::max_element(thin.distance_mm.begin(), thin.distance_mm.end());
+    CHECK(*worst == 5.0);
+    CHECK(thin.points.row(worst - thin.distance_mm.begin()) == Eigen::RowVector3d(17, 41, 0));
+    double area = 0.0;
+    for (const auto& [a, b, c] : thin.triangles) {
+        const Eigen::RowVector3d u = thin.points.row(b) - thin.points.row(a),
+                                 v = thin.points.row(c) - thin.points.row(a);
+        area += 0.5 * (u.x() * v.y() - u.y() * v.x());
+    }
+    CHECK(area == Approx(double(n * n)).epsilon(0.15));  // less a strip along the border
 }

@@ -45,7 +45,7 @@ class View {
     const side = { model, scene: new Scene(), mesh: makeMesh(model, this.material) };
     side.scene.add(side.mesh);
     this.show(side, "sharp and free edges", makeSegments(model.lines.points, model.lines.segments, 0x15181c), true);
-    if (model.name === "output" && this.data.cage) {
+    if (model === this.models.at(-1) && this.data.cage) {
       const cage = unpackCage(this.data.cage);
       this.show(side, "control mesh", makeSegments(cage.points, cage.edges, 0x8a5fc0), false);
       if (cage.extraordinary.length > 0)
