@@ -276,11 +276,12 @@ CornerSectors::CornerSectors(const Topology& topology, const geom::Points& point
                 free[k] = held[std::size_t(sector.ring[std::size_t(k)])] == 0 ? 1.0 : 0.0;
             // Edges on features leave no room.
             if (!(free.segment(2, faces - 1).array() > 0.0).all()) continue;
-            const Eigen::JacobiSVD<Eigen::MatrixXd> growth(
-                growing_part(sector_matrix(faces, 0.0, true), 0.5),
-                Eigen::ComputeThinU | Eigen::ComputeThinV);
-            sector.mask = growth.matrixV().col(0).transpose();
-            sector.motion = growth.matrixU().col(0).cwiseProduct(free);
+            // Of rank one: every row is a multiple of the mask, every column of the motion.
+            const Eigen::MatrixXd growth = growing_part(sector_matrix(faces, 0.0, true), 0.5);
+            Eigen::Index row = 0, column = 0;
+            growth.cwiseAbs().maxCoeff(&row, &column);
+            sector.mask = growth.row(row).normalized();
+            sector.motion = growth.col(column).normalized().cwiseProduct(free);
             if (sector.motion.segment(2, faces - 1).sum() < 0.0) sector.motion *= -1.0;
             sector.mask /= sector.mask * sector.motion;
             const geom::Points local = sector.local(points);
