@@ -214,12 +214,16 @@ void EditableMesh::collapse(int gone, int kept) {
     for (const int t : moved) replace(t, gone, kept);
 }
 
-int EditableMesh::split(int a, int b, const Vec3& where) {
-    const EdgeSides s = sides(a, b);
-    const int middle = vertex_count();
+int EditableMesh::add_vertex(const Vec3& where) {
     points_.push_back(where);
     corners_.push_back(-1);
     fans_.emplace_back();
+    return vertex_count() - 1;
+}
+
+int EditableMesh::split(int a, int b, const Vec3& where) {
+    const EdgeSides s = sides(a, b);
+    const int middle = add_vertex(where);
     for (std::size_t i = 0; i < 2; ++i) {
         const int t = s.triangle[i];
         if (t < 0) continue;

@@ -66,6 +66,8 @@ class EditableMesh {
     [[nodiscard]] bool collapse_is_flat(int gone, int kept, double least_cosine,
                                         double negligible = 0.0) const;
     void collapse(int gone, int kept);
+    /// A vertex of no triangle, on no feature.
+    int add_vertex(const Vec3& at);
     /// Returns the new vertex.
     int split(int a, int b, const Vec3& at);
     [[nodiscard]] bool can_flip(int a, int b) const;

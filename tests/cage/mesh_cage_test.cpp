@@ -141,7 +141,7 @@ TEST_CASE("few triangles are left in remeshed cages", "[layout][mesh]") {
             triangles += t.size(f) == 3 ? 1 : 0;
             ++faces;
         }
-        // One a region where its triangles are an odd number; pairing alone leaves a third.
+        // Pairing alone leaves a third.
         CHECK(triangles <= faces / 8);
     }
 }

@@ -60,6 +60,10 @@ int least_faces(geom::VertexKind kind, bool on_boundary, double angle_rad) {
     return angle_rad > widest_pair_rad ? 3 : angle_rad > widest_corner_rad ? 2 : 1;
 }
 
+double evenness(double angle_rad) {
+    return std::clamp((M_PI - angle_rad) / (M_PI - widest_of_several_rad), 0.0, 1.0);
+}
+
 bool is_even_enough(geom::VertexKind kind, double angle_rad, double sector_angle_rad) {
     return kind != geom::VertexKind::Fixed || sector_angle_rad < widest_corner_rad ||
            angle_rad < widest_of_several_rad;

@@ -23,6 +23,9 @@ double triangle_quality(const std::array<geom::Vec3, 3>& corners);
 /// @param angle_rad  of the sector
 int least_faces(geom::VertexKind kind, bool on_boundary, double angle_rad);
 
+/// 1 up to the angle that a face of several may have at a corner, 0 for 180 degrees.
+double evenness(double angle_rad);
+
 /// Whether a face's angle at a corner leaves enough of the sector to the other faces there: where
 /// angles are uneven the limit surface runs over the sharp edges.
 bool is_even_enough(geom::VertexKind kind, double angle_rad, double sector_angle_rad);

@@ -1,9 +1,12 @@
 #include "cage/remesh/quads.h"
 
+#include "cage/remesh/border_rows.h"
+#include "cage/remesh/even_regions.h"
 #include "cage/remesh/merge_triangles.h"
 #include "cage/remesh/quad_shape.h"
 #include "cage/remesh/relax_quads.h"
 #include "cage/remesh/sectors.h"
+#include "cage/remesh/tidy_quads.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -15,6 +18,9 @@ namespace patchwright::cage {
 using geom::Vec3;
 
 namespace {
+
+// Of merging, tidying and relaxing, until nothing changes, at most.
+constexpr int tidying_rounds = 4;
 
 struct Pair {
     double quality;
@@ -114,9 +120,19 @@ void split_bad_quads(Polygons& polygons, const geom::EditableMesh& mesh) {
 
 Blocks quad_blocks(geom::EditableMesh& mesh, const geom::ModelSurface& reference,
                    const std::vector<std::string>& face_names, Poll& poll) {
-    Polygons polygons = pair_triangles(mesh);
-    merge_triangles(polygons, mesh, poll);
-    relax_quads(polygons, mesh, reference, poll);
+    PolygonMesh edited(pair_triangles(mesh), mesh);
+    merge_triangles(edited, poll);
+    make_regions_even(edited, reference, poll);
+    merge_triangles(edited, poll);
+    QuadRelaxation relaxation(edited, reference, poll);
+    relaxation.run();
+    if (add_border_rows(edited)) relaxation.run();
+    for (int round = 0; round < tidying_rounds; ++round) {
+        const bool merged = merge_triangles(edited, poll);
+        if (!tidy_quads(edited, poll) && !merged) break;
+        relaxation.run();
+    }
+    Polygons polygons = edited.polygons();
     split_bad_quads(polygons, mesh);
     Blocks blocks;
     std::vector<int> number(std::size_t(mesh.vertex_count()), -1);

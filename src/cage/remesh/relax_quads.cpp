@@ -1,11 +1,12 @@
 #include "cage/remesh/relax_quads.h"
 
 #include "cage/remesh/quad_shape.h"
+#include "geom/angle.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 
 namespace patchwright::cage {
 
@@ -23,142 +24,127 @@ constexpr double most_growth = 4.0 / 3.0;
 // A face of quality 0 counts as twenty good ones.
 constexpr double quality_floor = 0.05;
 
-class QuadRelaxation {
-  public:
-    QuadRelaxation(const Polygons& polygons, geom::EditableMesh& mesh,
-                   const geom::ModelSurface& reference, Poll& poll)
-        : polygons_(polygons),
-          mesh_(mesh),
-          reference_(reference),
-          poll_(poll),
-          at_vertex_(std::size_t(mesh.vertex_count())) {
-        for (std::size_t i = 0; i < polygons.corners.size(); ++i)
-            for (const int v : polygons.corners[i]) at_vertex_[std::size_t(v)].push_back(int(i));
-    }
-
-    void run() {
-        for (int round = 0; round < rounds; ++round)
-            for (int v = 0; v < mesh_.vertex_count(); ++v) {
-                if (at_vertex_[std::size_t(v)].empty()) continue;
-                if (mesh_.kind(v) == geom::VertexKind::Smooth) relax_smooth(v);
-                if (mesh_.kind(v) == geom::VertexKind::Curve) relax_on_curve(v);
-            }
-    }
-
-  private:
-    [[nodiscard]] const std::vector<int>& corners(int polygon) const {
-        return polygons_.corners[std::size_t(polygon)];
-    }
-
-    /// Of the faces around a vertex, with the vertex at p.
-    [[nodiscard]] double badness(int v, const Vec3& p) const {
-        double sum = 0.0;
-        for (const int polygon : at_vertex_[std::size_t(v)]) {
-            const auto& c = corners(polygon);
-            const auto at = [&](std::size_t k) { return c[k] == v ? p : mesh_.point(c[k]); };
-            const double quality = c.size() == 4 ? quad_quality({at(0), at(1), at(2), at(3)})
-                                                 : triangle_quality({at(0), at(1), at(2)});
-            sum += 1.0 / (quality + quality_floor);
-        }
-        return sum;
-    }
-
-    [[nodiscard]] Vec3 normal_at(int v) const {
-        Vec3 sum = Vec3::Zero();
-        for (const int polygon : at_vertex_[std::size_t(v)]) {
-            const auto& c = corners(polygon);
-            for (std::size_t k = 2; k < c.size(); ++k)
-                sum += (mesh_.point(c[k - 1]) - mesh_.point(c[0]))
-                           .cross(mesh_.point(c[k]) - mesh_.point(c[0]));
-        }
-        return sum.normalized();
-    }
-
-    void relax_smooth(int v) {
-        const Vec3 normal = normal_at(v);
-        const Vec3 here = mesh_.point(v);
-        Vec3 middles = Vec3::Zero(), neighbours = Vec3::Zero();
-        double count = 0.0;
-        for (const int polygon : at_vertex_[std::size_t(v)]) {
-            const auto& c = corners(polygon);
-            Vec3 middle = Vec3::Zero();
-            for (std::size_t k = 0; k < c.size(); ++k) {
-                middle += mesh_.point(c[k]) / double(c.size());
-                if (c[k] == v) neighbours += mesh_.point(c[(k + 1) % c.size()]);
-            }
-            middles += middle;
-            ++count;
-        }
-        const double now = badness(v, here);
-        double best = now;
-        Vec3 to = here;
-        for (const Vec3& goal : {Vec3(middles / count), Vec3(neighbours / count)}) {
-            Vec3 way = goal - here;
-            way -= normal.dot(way) * normal;
-            for (const double step : smooth_steps) {
-                const double there = badness(v, here + step * way);
-                if (there < best) {
-                    best = there;
-                    to = here + step * way;
-                }
-            }
-        }
-        if (!(best < now)) return;
-        poll_();
-        to = reference_.foot_point(to, normal).point;
-        if (badness(v, to) < now) mesh_.move(v, to);
-    }
-
-    [[nodiscard]] double arc_at(int curve, int v) const {
-        poll_();
-        return reference_.nearest_on_curve(curve, mesh_.point(v)).arc_length;
-    }
-    /// Along a curve; on closed ones the shorter way, either of which may be negative.
-    [[nodiscard]] double way(int curve, double from, double to) const {
-        const geom::FeatureCurve& c = reference_.features().curves[std::size_t(curve)];
-        return c.closed ? std::remainder(to - from, c.length) : to - from;
-    }
-
-    void relax_on_curve(int v) {
-        const int curve = mesh_.curve_at(v);
-        const double here = arc_at(curve, v);
-        const auto next = mesh_.feature_neighbours(v);
-        std::array<double, 2> ways{}, longest{};
-        for (std::size_t i = 0; i < 2; ++i) {
-            ways[i] = way(curve, here, arc_at(curve, next[i]));
-            const double first =
-                first_way_.try_emplace(std::minmax(v, next[i]), std::abs(ways[i])).first->second;
-            longest[i] = most_growth * first;
-        }
-        double best = badness(v, mesh_.point(v));
-        Vec3 to = mesh_.point(v);
-        for (std::size_t i = 0; i < 2; ++i)
-            for (const double step : curve_steps) {
-                const double moved = step * ways[i];
-                if (std::abs(ways[1 - i] - moved) > longest[1 - i]) continue;
-                const Vec3 p = reference_.point_on_curve(curve, here + moved).point;
-                const double there = badness(v, p);
-                if (there < best) {
-                    best = there;
-                    to = p;
-                }
-            }
-        mesh_.move(v, to);
-    }
-
-    const Polygons& polygons_;
-    geom::EditableMesh& mesh_;
-    const geom::ModelSurface& reference_;
-    Poll& poll_;
-    std::vector<std::vector<int>> at_vertex_;          ///< polygons
-    std::map<std::pair<int, int>, double> first_way_;  ///< ways along curves at first, millimetres
-};
-
 }  // namespace
 
-void relax_quads(const Polygons& polygons, geom::EditableMesh& mesh,
-                 const geom::ModelSurface& reference, Poll& poll) {
-    QuadRelaxation(polygons, mesh, reference, poll).run();
+void QuadRelaxation::run() {
+    find_shared_corners();
+    for (int round = 0; round < rounds; ++round)
+        for (int v = 0; v < polygons_.mesh().vertex_count(); ++v) {
+            if (polygons_.at_vertex(v).empty()) continue;
+            if (polygons_.kind(v) == geom::VertexKind::Smooth) relax_smooth(v);
+            if (polygons_.kind(v) == geom::VertexKind::Curve) relax_on_curve(v);
+        }
+}
+
+void QuadRelaxation::find_shared_corners() {
+    shared_corners_.assign(std::size_t(polygons_.count()), {});
+    for (int v = 0; v < polygons_.mesh().vertex_count(); ++v) {
+        if (polygons_.kind(v) != geom::VertexKind::Fixed || polygons_.at_vertex(v).empty())
+            continue;
+        for (const std::vector<int>& sector : polygons_.sectors(v)) {
+            if (sector.size() < 2) continue;
+            for (const int polygon : sector) {
+                const auto& c = polygons_.corners(polygon);
+                shared_corners_[std::size_t(polygon)].push_back(
+                    std::size_t(std::find(c.begin(), c.end(), v) - c.begin()));
+            }
+        }
+    }
+}
+
+/// Of a polygon with vertex v at p.
+double QuadRelaxation::quality(int polygon, int v, const Vec3& p) const {
+    const auto& c = polygons_.corners(polygon);
+    const std::size_t n = c.size();
+    const auto at = [&](std::size_t k) {
+        return c[k % n] == v ? p : polygons_.mesh().point(c[k % n]);
+    };
+    double result = n == 4 ? quad_quality({at(0), at(1), at(2), at(3)})
+                           : triangle_quality({at(0), at(1), at(2)});
+    for (const std::size_t k : shared_corners_[std::size_t(polygon)])
+        result *= evenness(geom::angle_between(at(k + 1) - at(k), at(k + n - 1) - at(k)));
+    return result;
+}
+
+/// Of the faces around a vertex, with the vertex at p.
+double QuadRelaxation::badness(int v, const Vec3& p) const {
+    double sum = 0.0;
+    for (const int polygon : polygons_.at_vertex(v))
+        sum += 1.0 / (quality(polygon, v, p) + quality_floor);
+    return sum;
+}
+
+Vec3 QuadRelaxation::normal_at(int v) const {
+    Vec3 sum = Vec3::Zero();
+    for (const int polygon : polygons_.at_vertex(v)) {
+        const auto& c = polygons_.corners(polygon);
+        for (std::size_t k = 2; k < c.size(); ++k)
+            sum += (polygons_.mesh().point(c[k - 1]) - polygons_.mesh().point(c[0]))
+                       .cross(polygons_.mesh().point(c[k]) - polygons_.mesh().point(c[0]));
+    }
+    return sum.normalized();
+}
+
+void QuadRelaxation::relax_smooth(int v) {
+    const Vec3 normal = normal_at(v);
+    const Vec3 here = polygons_.mesh().point(v);
+    Vec3 middles = Vec3::Zero(), neighbours = Vec3::Zero();
+    double count = 0.0;
+    for (const int polygon : polygons_.at_vertex(v)) {
+        const auto& c = polygons_.corners(polygon);
+        Vec3 middle = Vec3::Zero();
+        for (std::size_t k = 0; k < c.size(); ++k) {
+            middle += polygons_.mesh().point(c[k]) / double(c.size());
+            if (c[k] == v) neighbours += polygons_.mesh().point(c[(k + 1) % c.size()]);
+        }
+        middles += middle;
+        ++count;
+    }
+    const double now = badness(v, here);
+    double best = now;
+    Vec3 to = here;
+    for (const Vec3& goal : {Vec3(middles / count), Vec3(neighbours / count)}) {
+        Vec3 way = goal - here;
+        way -= normal.dot(way) * normal;
+        for (const double step : smooth_steps) {
+            const double there = badness(v, here + step * way);
+            if (there < best) {
+                best = there;
+                to = here + step * way;
+            }
+        }
+    }
+    if (!(best < now)) return;
+    poll_();
+    to = reference_.foot_point(to, normal).point;
+    if (badness(v, to) < now) polygons_.move(v, to);
+}
+
+void QuadRelaxation::relax_on_curve(int v) {
+    const int curve = polygons_.mesh().curve_at(v);
+    const double here = ways_.arc_at(curve, polygons_.mesh().point(v));
+    const auto next = polygons_.mesh().feature_neighbours(v);
+    std::array<double, 2> ways{}, longest{};
+    for (std::size_t i = 0; i < 2; ++i) {
+        ways[i] = ways_.way(curve, here, ways_.arc_at(curve, polygons_.mesh().point(next[i])));
+        const double first =
+            first_way_.try_emplace(std::minmax(v, next[i]), std::abs(ways[i])).first->second;
+        longest[i] = most_growth * first;
+    }
+    double best = badness(v, polygons_.mesh().point(v));
+    Vec3 to = polygons_.mesh().point(v);
+    for (std::size_t i = 0; i < 2; ++i)
+        for (const double step : curve_steps) {
+            const double moved = step * ways[i];
+            if (std::abs(ways[1 - i] - moved) > longest[1 - i]) continue;
+            const Vec3 p = reference_.point_on_curve(curve, here + moved).point;
+            const double there = badness(v, p);
+            if (there < best) {
+                best = there;
+                to = p;
+            }
+        }
+    polygons_.move(v, to);
 }
 
 }  // namespace patchwright::cage

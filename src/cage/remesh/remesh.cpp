@@ -1,5 +1,6 @@
 #include "cage/remesh/remesh.h"
 
+#include "cage/remesh/curve_ways.h"
 #include "cage/remesh/quad_shape.h"
 #include "cage/remesh/sectors.h"
 #include "geom/angle.h"
@@ -60,6 +61,7 @@ class Remeshing {
         : mesh_(mesh),
           reference_(reference),
           options_(options),
+          ways_(reference, poll),
           poll_(poll),
           size_(mesh, reference, options.size, poll),
           negligible_(negligible_share * options.size.tolerance_rel *
@@ -93,16 +95,6 @@ class Remeshing {
         return reference_.foot_point(p, Vec3(normal / norm)).point;
     }
 
-    [[nodiscard]] double arc_at(int curve, int v) const {
-        poll_();
-        return reference_.nearest_on_curve(curve, mesh_.point(v)).arc_length;
-    }
-    /// Along a curve; on closed ones the shorter way, either of which may be negative.
-    [[nodiscard]] double way(int curve, double from, double to) const {
-        const geom::FeatureCurve& c = reference_.features().curves[std::size_t(curve)];
-        return c.closed ? std::remainder(to - from, c.length) : to - from;
-    }
-
     [[nodiscard]] Vec3 middle(int a, int b) const {
         const Vec3 chord = 0.5 * (mesh_.point(a) + mesh_.point(b));
         const geom::EdgeSides s = mesh_.sides(a, b);
@@ -110,10 +102,7 @@ class Remeshing {
         const double reach = 0.5 * length(a, b);
         Vec3 p = chord;
         if (curve >= 0) {
-            // Not the nearest point: on a slim loop that may be on its other side.
-            const double from = arc_at(curve, a);
-            const double along = way(curve, from, arc_at(curve, b));
-            p = reference_.point_on_curve(curve, from + 0.5 * along).point;
+            p = ways_.middle(curve, mesh_.point(a), mesh_.point(b));
         } else {
             Vec3 normal = Vec3::Zero();
             for (const int t : s.triangle)
@@ -317,9 +306,9 @@ class Remeshing {
             // Ways to both sides in the ratio of the sizes wanted there.
             const double s0 = size_.at(next[0]), s1 = size_.at(next[1]);
             const int curve = mesh_.curve_at(v);
-            const double here = arc_at(curve, v);
-            const double a = way(curve, here, arc_at(curve, next[0]));
-            const double b = way(curve, here, arc_at(curve, next[1]));
+            const double here = ways_.arc_at(curve, mesh_.point(v));
+            const double a = ways_.way(curve, here, ways_.arc_at(curve, mesh_.point(next[0])));
+            const double b = ways_.way(curve, here, ways_.arc_at(curve, mesh_.point(next[1])));
             if (!(a * b < 0.0)) return std::nullopt;
             return reference_.point_on_curve(curve, here + (s1 * a + s0 * b) / (s0 + s1)).point;
         }
@@ -351,6 +340,7 @@ class Remeshing {
     geom::EditableMesh& mesh_;
     const geom::ModelSurface& reference_;
     const RemeshOptions& options_;
+    CurveWays ways_;
     Poll& poll_;
     SizeField size_;
     double negligible_;  // millimetres
