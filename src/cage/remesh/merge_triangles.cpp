@@ -14,8 +14,8 @@ namespace {
 using Triangle = std::array<int, 3>;
 using Quad = std::array<int, 4>;
 
-// Sum over the new quads of a way of 1 / quality - 1, as they are before vertices are relaxed:
-// twenty quads of quality 1/2, or one that is hardly convex. More are hard to bring into shape.
+// Sum over the new quads of a way of 1 / quality - 1, as they are before vertices are relaxed: a
+// hundred quads of quality 1/2, or one of 0.01, which is hardly convex.
 constexpr double most_cost = 100.0;
 // Ways that are looked at from a triangle, at most.
 constexpr int most_ways = 3000;

@@ -11,7 +11,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 namespace patchwright::cage {
 
@@ -91,28 +90,21 @@ Polygons pair_triangles(const geom::EditableMesh& mesh) {
 }
 
 /// Into two triangles, along the diagonal that leaves the larger angles and is no edge already.
-void split_bad_quads(Polygons& polygons, const geom::EditableMesh& mesh) {
-    std::set<std::pair<int, int>> edges;
-    for (const auto& c : polygons.corners)
-        for (std::size_t k = 0; k < c.size(); ++k)
-            edges.insert(std::minmax(c[k], c[(k + 1) % c.size()]));
-    const std::size_t count = polygons.corners.size();
-    for (std::size_t i = 0; i < count; ++i) {
-        const std::vector<int> c = polygons.corners[i];
-        if (c.size() != 4) continue;
-        const auto p = [&](std::size_t k) { return mesh.point(c[k]); };
-        if (quad_quality({p(0), p(1), p(2), p(3)}) > least_quad_quality) continue;
+void split_bad_quads(PolygonMesh& polygons) {
+    const int count = polygons.count();
+    for (int i = 0; i < count; ++i) {
+        const std::vector<int> c = polygons.corners(i);
+        if (c.size() != 4 || polygons.quality(i) > least_quad_quality) continue;
+        const auto p = [&](std::size_t k) { return polygons.mesh().point(c[k]); };
         const auto least = [&](std::size_t k) {
-            if (edges.count(std::minmax(c[k], c[k + 2])) > 0) return -1.0;
+            if (!polygons.of_edge(c[k], c[k + 2]).empty()) return -1.0;
             return std::min(triangle_quality({p(k), p(k + 1), p(k + 2)}),
                             triangle_quality({p(k), p(k + 2), p((k + 3) % 4)}));
         };
         const std::size_t from = least(0) > least(1) ? 0 : 1;
         if (least(from) < 0.0) continue;
-        edges.insert(std::minmax(c[from], c[from + 2]));
-        polygons.corners[i] = {c[from], c[from + 1], c[from + 2]};
-        polygons.corners.push_back({c[from + 2], c[(from + 3) % 4], c[from]});
-        polygons.faces.push_back(polygons.faces[i]);
+        polygons.replace(i, {c[from], c[from + 1], c[from + 2]});
+        polygons.add({c[from + 2], c[(from + 3) % 4], c[from]}, i);
     }
 }
 
@@ -132,8 +124,8 @@ Blocks quad_blocks(geom::EditableMesh& mesh, const geom::ModelSurface& reference
         if (!tidy_quads(edited, poll) && !merged) break;
         relaxation.run();
     }
+    split_bad_quads(edited);
     Polygons polygons = edited.polygons();
-    split_bad_quads(polygons, mesh);
     Blocks blocks;
     std::vector<int> number(std::size_t(mesh.vertex_count()), -1);
     for (std::size_t i = 0; i < polygons.corners.size(); ++i) {
