@@ -163,6 +163,27 @@ class Comparisons(Workbench):
             if deviation == 0 or deviation >= 0.2:  # blue, and red from the tolerance on
                 self.assertEqual(colour[0] > colour[2], deviation > 0)
 
+    def test_objects_that_parts_have_moved(self):
+        part = self.doc.addObject("App::Part", "Part")
+        part.Placement.Base = FreeCAD.Vector(0, 0, 7)
+        inner = self.add_shape("inner", Part.makeBox(100, 80, 50))
+        inner.Placement.Base = FreeCAD.Vector(0, 0, -6.5)
+        part.addObject(inner)
+        mesh = self.doc.addObject("Mesh::Feature", "Mesh")
+        ball = Mesh.Mesh()
+        ball.addFacets(Part.makeBox(100, 80, 50).tessellate(1))
+        mesh.Mesh = ball
+        mesh.Placement.Base = FreeCAD.Vector(0, 0, -6.75)
+        part.addObject(mesh)
+        self.doc.recompute()
+        self.assertEqual([thing.Label for thing in document.models(self.doc)], ["inner", "Mesh"])
+        _, report, shown = self.run_job(jobs.Compare(jobs.Source(thing=inner), jobs.Source(thing=mesh)))
+        self.assertAlmostEqual(report.data["deviation"]["output_to_input"]["max"], 0.25, places=5)
+        row = next(row for row in shown.rows if row.model == inner)
+        point = FreeCAD.Vector(*row.at)
+        self.assertLess(document.shape_of(inner).distToShape(Part.Vertex(point))[0], 1e-6)
+        self.assertNotEqual(document.nearest_face(inner, row.at), "")
+
     def test_files(self):
         source = jobs.Source(str(WING / "wing.step"))
         _, report, shown = self.run_job(jobs.Compare(source, source))

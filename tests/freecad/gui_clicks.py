@@ -192,6 +192,14 @@ def clicks(result):
     click_close()
     yield None
 
+    result["colours"] += [colours_shown(fields[1])]
+    FreeCAD.ActiveDocument.saveAs(str(FOLDER / "wing.FCStd"))
+    name = fields[1].Name
+    FreeCAD.closeDocument(FreeCAD.ActiveDocument.Name)
+    FreeCAD.openDocument(str(FOLDER / "wing.FCStd"))
+    yield None
+    result["colours"] += [colours_shown(FreeCAD.ActiveDocument.getObject(name))]
+
     QtCore.QTimer.singleShot(0, lambda: FreeCADGui.runCommand("Std_DlgPreferences", 0))
     yield lambda: QtWidgets.QApplication.activeModalWidget() is not None
     dialog = QtWidgets.QApplication.activeModalWidget()

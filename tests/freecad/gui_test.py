@@ -80,12 +80,14 @@ class Window(unittest.TestCase):
             self.assertEqual(len([label for label in visible if label.startswith(name) and "patches" not in label and "compared" not in label]), 1, name)
 
     def test_colours(self):
-        """At 1e-3 most is blue; at 1e-4 the same deviation is red in places."""
-        (blue, red), (less_blue, more_red) = self.result["colours"]
+        """At 1e-3 most is blue; at 1e-4 the same deviation is red in places, also in a document that is opened again."""
+        (blue, red), (less_blue, more_red), before, after = self.result["colours"]
         self.assertGreater(blue, 0.5)
         self.assertLess(less_blue, blue)
         self.assertGreater(more_red, red)
         self.assertGreater(more_red, 0.05)
+        for share, opened in zip(before, after):
+            self.assertAlmostEqual(opened, share, delta=0.01)
 
     def test_inspect(self):
         found = self.result["inspect"]

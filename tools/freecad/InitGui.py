@@ -1,4 +1,7 @@
+import FreeCAD
 import FreeCADGui
+
+from patchwright_workbench import view
 
 
 class PatchwrightWorkbench(FreeCADGui.Workbench):
@@ -25,3 +28,4 @@ class PatchwrightWorkbench(FreeCADGui.Workbench):
 
 
 FreeCADGui.addWorkbench(PatchwrightWorkbench())
+FreeCAD.addDocumentObserver(view.Activated())

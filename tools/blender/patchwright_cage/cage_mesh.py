@@ -58,6 +58,7 @@ def to_object(cage, name, scale):
         thing.vertex_groups.new(name=PINS).add(sorted(cage.pins), 1.0, "REPLACE")
     preview = thing.modifiers.new("Limit surface", "SUBSURF")
     preview.levels = preview.render_levels = PREVIEW_LEVELS
+    preview.show_in_editmode = True
     preview.boundary_smooth = BOUNDARY_RULES[cage.boundary_rule]
     return thing
 

@@ -16,15 +16,32 @@ SMOOTH_DEG = 30  # triangles of a field that meet below this are shaded as one
 
 def is_model(thing):
     """Whether an object has what patchwright can read."""
-    if getattr(thing, "TypeId", "").startswith("Mesh::"):
+    if thing.isDerivedFrom("Mesh::Feature"):
         return thing.Mesh.CountFacets > 0
-    return hasattr(thing, "Shape") and not thing.Shape.isNull() and bool(thing.Shape.Faces)
+    return thing.isDerivedFrom("Part::Feature") and not thing.Shape.isNull() and bool(thing.Shape.Faces)
 
 
 def models(document):
-    """What can be chosen as an input: not the fields and single patches that this workbench has added."""
+    """What can be chosen as an input: not the fields and single patches that this workbench has added, nor the steps of a body."""
     return [thing for thing in document.Objects if is_model(thing) and not hasattr(thing, "Deviation")
-            and not any(hasattr(group, "PatchesOf") for group in thing.InList)]
+            and not any(hasattr(user, "PatchesOf") or user.TypeId == "PartDesign::Body" for user in thing.InList)]
+
+
+def shape_of(thing):
+    """Where it stands in the document: objects in parts have a shape of their part."""
+    shape = thing.Shape.copy()
+    shape.Placement = _container(thing) * shape.Placement
+    return shape
+
+
+def mesh_of(thing):
+    mesh = thing.Mesh.copy()
+    mesh.Placement = _container(thing) * mesh.Placement
+    return mesh
+
+
+def _container(thing):
+    return thing.getGlobalPlacement() * thing.Placement.inverse()
 
 
 def export(thing, folder):
@@ -32,10 +49,10 @@ def export(thing, folder):
     name = re.sub(r"[^\w.-]+", "_", thing.Label).strip("._") or "model"
     if hasattr(thing, "Shape"):
         file = os.path.join(folder, name + ".step")
-        thing.Shape.exportStep(file)
+        shape_of(thing).exportStep(file)
     else:
         file = os.path.join(folder, name + ".stl")
-        thing.Mesh.write(file)
+        mesh_of(thing).write(file)
     return file
 
 
@@ -138,8 +155,14 @@ def add_field(document, group, measured, scale_mm, box):
     document.recompute()  # takes the colours away, and later ones leave the mesh alone
     if thing.ViewObject:
         thing.ViewObject.CreaseAngle = SMOOTH_DEG
-        thing.ViewObject.Coloring = True
+        show_colours(thing)
     return thing
+
+
+def show_colours(thing):
+    """Of a field's vertices; also after a file is opened, when FreeCAD says that they are on and shows none."""
+    thing.ViewObject.Coloring = False
+    thing.ViewObject.Coloring = True
 
 
 def add_places(document, group, model, places):
@@ -176,7 +199,7 @@ def nearest_face(thing, point):
     """Name of the face of an object that a point is on or next to; empty for meshes."""
     if not hasattr(thing, "Shape"):
         return ""
-    shape = thing.Shape
+    shape = shape_of(thing)
     _, _, ((kind, number, *_), *_) = shape.distToShape(Part.Vertex(*point))
     if kind == "Face":
         return f"Face{number + 1}"
@@ -186,7 +209,7 @@ def nearest_face(thing, point):
 
 
 def box_of(thing):
-    return thing.Shape.BoundBox if hasattr(thing, "Shape") else thing.Mesh.BoundBox
+    return shape_of(thing).BoundBox if hasattr(thing, "Shape") else mesh_of(thing).BoundBox
 
 
 def describe_patch(face):
@@ -202,6 +225,6 @@ def normal_at(thing, name, point):
     """The unit normal of a face next to a point; None where there is none."""
     if not name:
         return None
-    face = thing.Shape.getElement(name)
+    face = shape_of(thing).getElement(name)
     normal = face.normalAt(*face.Surface.parameter(FreeCAD.Vector(*point)))
     return normal if math.isfinite(normal.Length) and normal.Length > 0 else None

@@ -143,7 +143,7 @@ class Inspect:
         model = self.source.thing or document.add_model(doc, group, self.source.file, self.source.label, report.scale)
         document.hide_earlier(doc, group)
         shown = Shown(group, model, _rows_of_places(doc, group, report, model, None))
-        for number, face in enumerate(model.Shape.Faces if hasattr(model, "Shape") else []):
+        for number, face in enumerate(document.shape_of(model).Faces if hasattr(model, "Shape") else []):
             shown.rows.append(Row(document.patch_name(model, number), document.describe_patch(face), tuple(face.CenterOfMass), model,
                                   f"Face{number + 1}"))
         doc.recompute()

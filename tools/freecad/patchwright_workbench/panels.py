@@ -100,6 +100,7 @@ class Panel:
             layout.addWidget(widget)
         self.timer = QtCore.QTimer(interval=POLL_MS)
         self.timer.timeout.connect(self._poll)
+        QtWidgets.QApplication.instance().aboutToQuit.connect(self.cancel)
         self.build([thing for thing in FreeCADGui.Selection.getSelection() if document.is_model(thing)])
 
     def add_field(self, label, widget):
@@ -179,6 +180,8 @@ class Panel:
         self._end(text, BAD if report.met is False else GOOD)
 
     def _show(self, report):
+        self.stage.setText("opening the result")
+        QtWidgets.QApplication.processEvents()
         doc = FreeCAD.ActiveDocument or FreeCAD.newDocument()
         doc.openTransaction(self.title)
         self.shown = self.current_job.show(doc, report, self.folder)

@@ -1,11 +1,24 @@
 """Selects places and flies to them."""
 import FreeCAD
 import FreeCADGui
+from PySide2 import QtCore
 
 from . import document
 
 SHOWN_REL = 0.12  # of the model's diagonal: the height of what is seen around a place
 STEEPEST = -0.2   # a surface turned further away than this from the eye is looked at from its own side
+
+
+class Activated:
+    """Gives fields their colours in documents that are opened: FreeCAD 0.20 tells Python only that they become active."""
+
+    def slotActivateDocument(self, doc):
+        QtCore.QTimer.singleShot(0, lambda name=doc.Name: self._show(name))  # once it has been read
+
+    def _show(self, name):
+        for thing in FreeCAD.getDocument(name).Objects if name in FreeCAD.listDocuments() else []:
+            if hasattr(thing, "Deviation"):
+                document.show_colours(thing)
 
 
 def look_at(view, point, height, normal=None):
@@ -41,5 +54,5 @@ def go_to(row):
     box = document.box_of(row.model)
     height = SHOWN_REL * box.DiagonalLength
     if row.element:
-        height = max(height, row.model.Shape.getElement(row.element).BoundBox.DiagonalLength)
+        height = max(height, document.shape_of(row.model).getElement(row.element).BoundBox.DiagonalLength)
     look_at(FreeCADGui.ActiveDocument.ActiveView, row.at, height, document.normal_at(row.model, element, row.at))
