@@ -1,6 +1,7 @@
 #include "subd/ring_extractor.h"
 
 #include <patchwright/base/error.h>
+#include <patchwright/base/parallel.h>
 #include <patchwright/subd/limit_mask.h>
 
 #include <fmt/format.h>
@@ -24,8 +25,6 @@ Eigen::Matrix<double, 4, 3> uniform_basis(double t) {
         t * t * t / 6.0, 0.5 * t * t, t;
     return b;
 }
-
-constexpr int row_count(int order) { return order == 0 ? 1 : order == 1 ? 3 : 6; }
 
 /// How often each row of a mask is differentiated along u and v.
 constexpr int derivatives[6][2] = {{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}};
@@ -172,6 +171,29 @@ Scratch& scratch() {
     return buffers;
 }
 
+/// About a millisecond's work.
+constexpr std::size_t locations_a_chunk = 1024;
+
+/// Appends a row over slots as one over vertices, several of which may be the same.
+void append_row(Stencils& to, const Eigen::RowVectorXd& slots,
+                std::span<const std::int32_t> vertices) {
+    std::vector<std::pair<std::int32_t, double>> entries;
+    for (std::size_t slot = 0; slot < vertices.size(); ++slot)
+        entries.emplace_back(vertices[slot], slots[Eigen::Index(slot)]);
+    std::stable_sort(entries.begin(), entries.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    const auto first = std::size_t(to.begin.back());
+    for (const auto& [vertex, weight] : entries) {
+        if (to.index.size() > first && to.index.back() == vertex) {
+            to.weight.back() += weight;
+            continue;
+        }
+        to.index.push_back(vertex);
+        to.weight.push_back(weight);
+    }
+    to.begin.push_back(std::int64_t(to.index.size()));
+}
+
 }  // namespace
 
 RingMask ring_mask(const RingKind& kind, double u, double v, int sector, int order) {
@@ -280,6 +302,83 @@ LimitPoint LimitEvaluator::evaluate(const geom::Points& points, const Location& 
 
 geom::Vec3 LimitEvaluator::position(const geom::Points& points, const Location& at) const {
     return evaluate(points, at, 0).position;
+}
+
+void LimitEvaluator::check(const Locations& at, int order) const {
+    if (order < 0 || order > 2)
+        throw base::UsageError("masks and derivatives have order 0, 1 or 2");
+    if (at.uv.size() != 2 * at.size() || (!at.sectors.empty() && at.sectors.size() != at.size()))
+        throw base::UsageError(
+            fmt::format("{} faces, {} parameters and {} sectors do not go together", at.size(),
+                        at.uv.size(), at.sectors.size()));
+    for (std::size_t i = 0; i < at.size(); ++i) check(at[i]);
+}
+
+/// Calls `visit(i, smoothness, rows, vertices of the columns)` for all locations, on all threads.
+template <class Visit>
+void LimitEvaluator::visit(const Locations& at, int order, const Visit& visit) const {
+    check(at, order);
+    base::parallel_for(at.size(), locations_a_chunk, [&](std::size_t begin, std::size_t end) {
+        auto& [ring, work] = scratch();
+        const RingKind* kind = nullptr;
+        mesh::FaceId face;
+        for (std::size_t i = begin; i < end; ++i) {
+            const Location here = at[i];
+            check(here);  // again: the arrays' holder may change them meanwhile
+            if (kind == nullptr || here.face != face)
+                kind = &extract_ring(*table_, ring, *topology_, smooth_, here.face);
+            face = here.face;
+            const Smoothness smoothness =
+                mask_rows(*kind, here.u, here.v, here.sector, order, work);
+            visit(i, smoothness, work.rows(), ring.vertices());
+        }
+    });
+}
+
+geom::Points LimitEvaluator::evaluate(const geom::Points& points, const Locations& at,
+                                      int order) const {
+    if (points.rows() != topology_->vertex_count())
+        throw base::UsageError(
+            fmt::format("{} points for {} vertices", points.rows(), topology_->vertex_count()));
+    const Eigen::Index rows = row_count(order);
+    geom::Points result(rows * Eigen::Index(at.size()), 3);
+    visit(at, order,
+          [&](std::size_t i, Smoothness, const MaskWork::Rows& mask, const auto& vertices) {
+              for (Eigen::Index row = 0; row < rows; ++row) {
+                  Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+                  for (std::size_t k = 0; k < vertices.size(); ++k)
+                      sum += mask(row, Eigen::Index(k)) * points.row(vertices[k]);
+                  result.row(rows * Eigen::Index(i) + row) = sum;
+              }
+          });
+    return result;
+}
+
+std::vector<Smoothness> LimitEvaluator::smoothness(const Locations& at) const {
+    std::vector<Smoothness> result(at.size());
+    visit(at, 2, [&](std::size_t i, Smoothness smoothness, const auto&, const auto&) {
+        result[i] = smoothness;
+    });
+    return result;
+}
+
+Stencils LimitEvaluator::masks(const Locations& at, int order) const {
+    std::vector<Stencils> parts((at.size() + locations_a_chunk - 1) / locations_a_chunk);
+    visit(at, order,
+          [&](std::size_t i, Smoothness, const MaskWork::Rows& mask, const auto& vertices) {
+              for (Eigen::Index row = 0; row < mask.rows(); ++row)
+                  append_row(parts[i / locations_a_chunk], mask.row(row), vertices);
+          });
+    Stencils result;
+    result.columns = topology_->vertex_count();
+    for (const Stencils& part : parts) {
+        const std::int64_t before = result.begin.back();
+        for (std::size_t row = 1; row < part.begin.size(); ++row)
+            result.begin.push_back(before + part.begin[row]);
+        result.index.insert(result.index.end(), part.index.begin(), part.index.end());
+        result.weight.insert(result.weight.end(), part.weight.begin(), part.weight.end());
+    }
+    return result;
 }
 
 Location corner_location(const mesh::Topology& topology, mesh::CornerId c) {

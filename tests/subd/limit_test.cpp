@@ -233,3 +233,39 @@ TEST_CASE("<M x, y> = <x, M^T y>, bit for bit on any number of threads", "[subd]
     CHECK(left == Approx(right).epsilon(1e-12));
     CHECK(op.template_count() < 60);
 }
+
+TEST_CASE("many locations at once are the same as one by one", "[subd]") {
+    mesh::TopologyInput tags;
+    tags.creases.push_back({4, 5, 2.5});
+    const mesh::Cage cage = subd::refine(test::cube(2.0, tags), 1);
+    const subd::LimitEvaluator evaluator(cage.topology);
+    std::vector<std::int32_t> faces, sectors;
+    std::vector<double> uv;
+    for (int i = 0; i < 3000; ++i) {  // more than one task's
+        faces.push_back(i % cage.topology->face_count());
+        sectors.push_back(0);
+        uv.push_back(i % 3 == 0 ? 0.0 : (i % 101) / 100.0);
+        uv.push_back((i % 89) / 88.0);
+    }
+    for (const int order : {0, 1, 2}) {
+        const Eigen::Index rows = subd::row_count(order);
+        const geom::Points points = evaluator.evaluate(cage.points, {faces, uv, {}}, order);
+        const subd::Stencils masks = evaluator.masks({faces, uv, sectors}, order);
+        REQUIRE(points.rows() == 3000 * rows);
+        for (std::size_t i = 0; i < faces.size(); i += 7) {
+            const subd::Location at{FaceId{faces[i]}, uv[2 * i], uv[2 * i + 1]};
+            const subd::LimitPoint one = evaluator.evaluate(cage.points, at, order);
+            const Eigen::Index row = rows * Eigen::Index(i);
+            CHECK(points.row(row).transpose() == one.position);
+            if (order > 0) CHECK(points.row(row + 2).transpose() == one.dv);
+            if (order > 1) CHECK(points.row(row + 5).transpose() == one.dvv);
+        }
+        CHECK((masks.apply(cage.points) - points).cwiseAbs().maxCoeff() < 1e-12);
+    }
+    const std::vector<subd::Smoothness> found = evaluator.smoothness({faces, uv, {}});
+    CHECK(found[1] == subd::Smoothness::Derivatives);
+    faces[5] = cage.topology->face_count();
+    CHECK_THROWS_AS(evaluator.masks({faces, uv, {}}), base::UsageError);
+    CHECK_THROWS_AS(evaluator.evaluate(cage.points, subd::Locations{{}, uv, {}}), base::UsageError);
+    CHECK_THROWS_AS(evaluator.evaluate(geom::Points(3, 3), subd::Locations{}), base::UsageError);
+}

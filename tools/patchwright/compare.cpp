@@ -1,6 +1,8 @@
 #include "options.h"
 #include "view.h"
 
+#include <patchwright/convert/figures.h>
+
 #include <fmt/format.h>
 
 #include <memory>
@@ -17,22 +19,6 @@ struct CompareOptions {
     int samples = convert::ConvertOptions{}.samples;
 };
 
-/// Of B as the output of A: distances, long sharp curves, and what a model is by itself.
-measure::Verdict assess(const convert::Source& a, const convert::Source& b,
-                        const report::DeviationFigures& deviation, double tolerance_mm) {
-    measure::VerdictFigures figures{.tolerance_mm = tolerance_mm,
-                                    .diagonal_mm = a.input.diagonal,
-                                    .valid = b.figures.valid,
-                                    .bodies = b.bodies,
-                                    .closed = b.figures.closed};
-    if (a.figures.closed) {
-        figures.free_edges = b.figures.free_edges;
-        figures.bodies_of_input = a.bodies;
-    }
-    convert::add_deviation(figures, deviation);
-    return measure::assess(figures);
-}
-
 int compare_files(const CompareOptions& options) {
     Run run(options.common, {{options.a, options.b}, view_files(options.view)});
     InputOptions output = options.read;
@@ -45,7 +31,7 @@ int compare_files(const CompareOptions& options) {
     report::DeviationFigures deviation =
         convert::compare(b.surface(), a.surface(), options.samples, tolerance, run.progress());
     convert::add_bounds(deviation, b.surface(), a.surface(), run.progress());
-    if (tolerance) run.report.verdict = assess(a, b, deviation, *tolerance);
+    if (tolerance) run.report.verdict = convert::assess(b, a, deviation, *tolerance);
     run.report.deviation = std::move(deviation);
     run.end_stage("check");
     add_views(run, options.view,

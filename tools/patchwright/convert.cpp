@@ -2,6 +2,7 @@
 #include "view.h"
 
 #include <patchwright/base/error.h>
+#include <patchwright/convert/figures.h>
 #include <patchwright/occ/inspect_closely.h>
 
 #include <fmt/format.h>
@@ -64,7 +65,7 @@ int convert_file(const ConvertCommandOptions& options) {
         run.notice(fmt::format("the time limit of {:g} s was reached", *options.fit.time_limit_s));
     if (!conversion.kept) throw base::TimeLimitReached();
     const convert::Attempt& best = conversion.attempts[*conversion.kept];
-    report_attempt(run, best);
+    convert::add_attempt(run.report, best);
     if (!options.cage_out.empty())
         write_cage(run, best.fitted, options.cage_out,
                    base::parse_length_unit(options.fit.cage_unit));

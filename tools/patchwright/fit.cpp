@@ -1,5 +1,7 @@
 #include "options.h"
 
+#include <patchwright/convert/figures.h>
+
 #include <memory>
 
 namespace patchwright::cli {
@@ -26,7 +28,7 @@ int fit_file(const FitCommandOptions& options) {
     for (const auto& [stage, seconds] : fitted.seconds) run.add_stage(stage, seconds);
     for (const std::string& text : fitted.notices) run.notice(text);
     const convert::Attempt& attempt = fitted.attempts.front();
-    report_fit(run, attempt);
+    convert::add_fitted(run.report, attempt);
     write_cage(run, attempt.fitted, options.output, base::parse_length_unit(options.fit.cage_unit));
     run.end_stage("write");
     return run.finish();

@@ -203,21 +203,4 @@ base::LengthUnit output_unit(const OutputOptions& options, base::LengthUnit inpu
     return options.unit == "input" ? input : base::parse_length_unit(options.unit);
 }
 
-void report_fit(Run& run, const convert::Attempt& attempt) {
-    report::RunReport& report = run.report;
-    report.cage = mesh::summarise(*attempt.cage.topology);
-    report.layout = attempt.layout;
-    report.fit = attempt.fit;
-    report.verdict = attempt.verdict;
-}
-
-void report_attempt(Run& run, const convert::Attempt& attempt) {
-    report_fit(run, attempt);
-    report::RunReport& report = run.report;
-    report.patches = attempt.patches;
-    report.solid = attempt.shape.solid;
-    report.continuity = attempt.shape.continuity;
-    report.deviation = attempt.deviation;
-}
-
 }  // namespace patchwright::cli

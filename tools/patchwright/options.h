@@ -116,10 +116,4 @@ void add_output_options(CLI::App& command, OutputOptions& options);
 /// @param input  unit of the input
 base::LengthUnit output_unit(const OutputOptions& options, base::LengthUnit input);
 
-/// Puts what an attempt reached into the report.
-void report_attempt(Run& run, const convert::Attempt& attempt);
-
-/// The same of one that was fitted only.
-void report_fit(Run& run, const convert::Attempt& attempt);
-
 }  // namespace patchwright::cli

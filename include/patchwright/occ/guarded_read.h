@@ -10,7 +10,8 @@
 
 namespace patchwright::occ {
 
-/// A copy of this process from before it had threads, which makes a copy of itself for each file.
+/// A copy of this process from before it had threads, or a program, which makes a copy of itself
+/// for each file.
 class ReaderProcess {
   public:
     /// For the first lines of main().
@@ -18,6 +19,10 @@ class ReaderProcess {
     /// @throw InvalidArgument when it has more
     /// @throw std::system_error when the system gives no process
     ReaderProcess();
+    /// For processes that have threads, such as an interpreter's: starts a program of the same
+    /// build in place of a copy, whose main() is run_reader().
+    /// @throw std::system_error when it cannot be started
+    explicit ReaderProcess(const std::filesystem::path& program);
     ~ReaderProcess();
     ReaderProcess(const ReaderProcess&) = delete;
     ReaderProcess& operator=(const ReaderProcess&) = delete;
@@ -28,6 +33,11 @@ class ReaderProcess {
     int control_ = -1;
     int process_ = -1;
 };
+
+/// What a program for ReaderProcess does.
+/// @param argc, argv  of main()
+/// @return its exit status, where it was not started by a ReaderProcess
+int run_reader(int argc, char** argv);
 
 /// What of the machine reading may take.
 struct ReadLimits {

@@ -6,6 +6,7 @@
 #include <patchwright/subd/stencils.h>
 
 #include <memory>
+#include <span>
 
 namespace patchwright::subd {
 
@@ -70,6 +71,21 @@ struct LimitPoint {
     Smoothness smoothness = Smoothness::Position;  ///< at least Position
 };
 
+/// Many locations as arrays that somebody else holds.
+struct Locations {
+    std::span<const std::int32_t> faces;
+    std::span<const double> uv;             ///< u and v of the first one, of the second one, ...
+    std::span<const std::int32_t> sectors;  ///< empty: all 0
+
+    [[nodiscard]] std::size_t size() const { return faces.size(); }
+    [[nodiscard]] Location operator[](std::size_t i) const {
+        return {mesh::FaceId{faces[i]}, uv[2 * i], uv[2 * i + 1], sectors.empty() ? 0 : sectors[i]};
+    }
+};
+
+/// Rows of masks and of points with derivatives up to this order: 1, 3 or 6.
+constexpr int row_count(int order) { return order == 0 ? 1 : order == 1 ? 3 : 6; }
+
 /// Evaluates masks and points of one topology. Thread-safe. Points are evaluated without
 /// allocating, once the thread's buffers and the kinds of neighbourhoods it meets are there.
 class LimitEvaluator {
@@ -84,7 +100,21 @@ class LimitEvaluator {
     [[nodiscard]] LimitPoint evaluate(const geom::Points& points, const Location& at,
                                       int order = 2) const;
 
+    /// The rows of all masks, row_count(order) a location and in its order, on all threads. Indices
+    /// of a row rise.
+    /// @throw UsageError also when the arrays' sizes do not go together
+    [[nodiscard]] Stencils masks(const Locations& at, int order = 0) const;
+    /// The same rows of points: position, du, dv, ... of the first location, of the second one, ...
+    /// @throw UsageError also when there is not one point a vertex
+    [[nodiscard]] geom::Points evaluate(const geom::Points& points, const Locations& at,
+                                        int order = 0) const;
+    /// What exists at the locations; see LimitPoint::smoothness.
+    [[nodiscard]] std::vector<Smoothness> smoothness(const Locations& at) const;
+
   private:
+    void check(const Locations& at, int order) const;
+    template <class Visit>
+    void visit(const Locations& at, int order, const Visit& visit) const;
     void check(const Location& at) const;
 
     std::shared_ptr<const mesh::Topology> topology_;

@@ -72,8 +72,8 @@ int carry_out(const Job& job) {
 
 }  // namespace
 
-void serve_reads(int control, pid_t parent) {
-    end_with(parent);
+void serve_reads(int control, std::optional<pid_t> parent) {
+    if (parent) end_with(*parent);
     cut_loose(control);
     while (const std::optional<Job> job = receive_job(control)) {
         const int status = carry_out(*job);

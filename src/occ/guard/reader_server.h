@@ -5,11 +5,14 @@
 
 #include <sys/types.h>
 
+#include <optional>
+
 namespace patchwright::occ {
 
-/// Carries out jobs until nobody gives any. Call in a copy of a process without threads.
-/// @param parent  ends it by ending
-[[noreturn]] void serve_reads(int control, pid_t parent);
+/// Carries out jobs until nobody gives any. Call in a process without threads.
+/// @param parent  ends it by ending; none: the end of the socket is enough, as no copies of the
+///                parent hold it
+[[noreturn]] void serve_reads(int control, std::optional<pid_t> parent);
 
 /// Exit statuses of a worker that can send nothing any more.
 constexpr int out_of_memory_status = 10, stack_overflow_status = 11;

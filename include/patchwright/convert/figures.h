@@ -1,0 +1,22 @@
+// What reports and verdicts say of whole files and attempts, whoever asks for them.
+#pragma once
+
+#include <patchwright/convert/convert.h>
+
+namespace patchwright::convert {
+
+/// Of one model as the output of another: distances, long sharp curves, and what it is by itself.
+measure::Verdict assess(const Source& output, const Source& input,
+                        const report::DeviationFigures& deviation, double tolerance_mm);
+
+/// What a closer look at a model finds.
+/// @throw Cancelled, TimeLimitReached from the progress callback
+report::DetailFigures inspect_closely(const Source& source, const base::Progress& progress = {});
+
+/// Puts what an attempt reached into a report.
+void add_attempt(report::RunReport& report, const Attempt& attempt);
+
+/// The same of one that was fitted only.
+void add_fitted(report::RunReport& report, const Attempt& attempt);
+
+}  // namespace patchwright::convert

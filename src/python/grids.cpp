@@ -1,0 +1,184 @@
+#include "grids.h"
+
+#include "cage.h"
+#include "call.h"
+#include "options.h"
+
+#include <patchwright/grid/layers.h>
+#include <patchwright/grid/write.h>
+#include <patchwright/report/run_report.h>
+#include <patchwright/subd/normal_control.h>
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <filesystem>
+#include <functional>
+
+namespace patchwright::python {
+
+namespace {
+
+double length_or(const Options& options, const char* name, double diagonal, double otherwise) {
+    const std::optional<std::string> text = options.text(name);
+    return text ? base::parse_length(*text).in_millimetres(diagonal) : otherwise;
+}
+
+/// "A:B=0.1mm"
+grid::BorderCluster parse_cluster(const std::string& text, double diagonal) {
+    const auto equals = text.rfind('='), colon = text.find(':');
+    if (equals == std::string::npos || colon == std::string::npos || colon > equals)
+        throw base::UsageError(fmt::format(
+            "cluster {}: write FAMILY:FAMILY=LENGTH, for example upper:lower=0.1mm", text));
+    return {text.substr(0, colon), text.substr(colon + 1, equals - colon - 1),
+            base::parse_length(text.substr(equals + 1)).in_millimetres(diagonal)};
+}
+
+grid::PlanOptions plan_options(const Options& options, double diagonal) {
+    using grid::Law;
+    constexpr int most_points = 1 << 20, most_levels = 16, usual_points = 17;
+    grid::PlanOptions plan{
+        .size_mm = length_or(options, "size", diagonal, 0.0),
+        .cells = options.integer("points", 2, most_points).value_or(usual_points) - 1,
+        .levels = options.integer("levels", 0, most_levels).value_or(0),
+        .law = options.choice<Law>("spacing", {{"uniform", Law::Uniform},
+                                               {"geometric", Law::Geometric},
+                                               {"tanh", Law::Tanh},
+                                               {"cosine", Law::Cosine}}),
+        .first_at_creases_mm = length_or(options, "first_cell", diagonal, 0.0)};
+    if (options.flag("curvature")) plan.measure = grid::Measure::Curvature;
+    for (const std::string& text : options.texts("clusters"))
+        plan.clusters.push_back(parse_cluster(text, diagonal));
+    const bool is_sized = plan.first_at_creases_mm > 0.0 || !plan.clusters.empty();
+    if (is_sized && plan.law == Law::Uniform)
+        throw base::UsageError(
+            "first_cell and clusters need spacing tanh or geometric (or cosine)");
+    return plan;
+}
+
+/// Cells grown off the surface; none where the options ask for none.
+std::optional<grid::LayerOptions> layer_options(const Options& options, double diagonal) {
+    constexpr int most_layers = 10000;
+    const int cells = options.integer("layers", 0, most_layers).value_or(0);
+    if (cells == 0) return std::nullopt;
+    if (options.text("layer_height").has_value() == options.text("thickness").has_value())
+        throw base::UsageError("layers need either layer_height (of the first cell) or thickness");
+    return grid::LayerOptions{.cells = cells,
+                              .growth = options.number("growth", 0.5, 5.0).value_or(1.2),
+                              .first_mm = length_or(options, "layer_height", diagonal, 0.0),
+                              .thickness_mm = length_or(options, "thickness", diagonal, 0.0)};
+}
+
+/// A grid's points, with the plan that they belong to.
+struct Grid {
+    grid::Plan plan;
+    std::unique_ptr<grid::BlockSource> points;
+};
+
+std::unique_ptr<Grid> make_grid(const mesh::Cage& cage, grid::BlockCovering covering, bool join,
+                                const grid::PlanOptions& wanted, int coarsen,
+                                const std::optional<grid::LayerOptions>& layers) {
+    grid::BlockLayout layout = grid::make_layout(subd::control_normals(cage), covering);
+    if (join) layout = grid::join_all(layout);
+    auto made = std::make_unique<Grid>();
+    made->plan = grid::coarsened(grid::make_plan(layout, wanted), coarsen);
+    if (layers)
+        made->points = std::make_unique<grid::LayerGrid>(made->plan, *layers);
+    else
+        made->points = std::make_unique<grid::SurfaceGrid>(made->plan);
+    return made;
+}
+
+/// Shape (ni, nj, 3), or (ni, nj, nk, 3).
+py::array_t<double> block_array(const Grid& grid, int block, bool is_volume) {
+    grid::BlockPoints points;
+    {
+        const py::gil_scoped_release released;
+        grid.points->evaluate(block, points);
+    }
+    std::vector<py::ssize_t> shape{points.ni, points.nj};
+    if (is_volume) shape.push_back(points.nk);
+    shape.push_back(3);
+    py::array_t<double> array(shape);
+    double* to = array.mutable_data();
+    for (int i = 0; i < points.ni; ++i)
+        for (int j = 0; j < points.nj; ++j)
+            for (int k = 0; k < points.nk; ++k)
+                for (int c = 0; c < 3; ++c) *to++ = points.at(i, j, k)[c];
+    return array;
+}
+
+struct Planned {
+    std::unique_ptr<Grid> grid;
+    bool is_volume = false;
+};
+
+Planned plan_grid(const mesh::Cage& cage, const Options& options, Call& call) {
+    using grid::BlockCovering;
+    const double diagonal = geom::bounding_box(cage.points).diagonal();
+    const grid::PlanOptions plan = plan_options(options, diagonal);
+    std::optional<grid::LayerOptions> layers = layer_options(options, diagonal);
+    if (layers) layers->progress = call.progress();
+    const int coarsen = options.integer("coarsen", 0, plan.levels).value_or(0);
+    const auto covering =
+        options.choice<BlockCovering>("blocks", {{"groups", BlockCovering::Groups},
+                                                 {"charts", BlockCovering::Charts},
+                                                 {"faces", BlockCovering::Faces}});
+    const bool join = options.flag("join");
+    return {
+        call.run("cage", [&] { return make_grid(cage, covering, join, plan, coarsen, layers); }),
+        layers.has_value()};
+}
+
+py::list grid_blocks(const PyCage& given, const py::dict& named, py::object progress) {
+    Call call(std::move(progress));
+    const Planned planned = plan_grid(given.checked(), Options(named), call);
+    py::list blocks;
+    for (int block = 0; block < planned.grid->points->block_count(); ++block)
+        blocks.append(py::make_tuple(planned.grid->plan.layout.blocks[std::size_t(block)].name,
+                                     block_array(*planned.grid, block, planned.is_volume)));
+    return blocks;
+}
+
+grid::Plot3dOptions plot3d_options(const Options& options) {
+    using Form = grid::Plot3dOptions::Form;
+    return {
+        options.choice<Form>(
+            "form", {{"binary", Form::Binary}, {"fortran", Form::Fortran}, {"ascii", Form::Ascii}}),
+        options.choice<bool>("endian", {{"little", false}, {"big", true}})};
+}
+
+py::tuple write_grid(const PyCage& given, const std::filesystem::path& output,
+                     const py::dict& named, py::object progress) {
+    const Options options(named);
+    grid::grid_format(output);
+    base::OutputTarget{output};
+    grid::GridWriteOptions writing{
+        .unit = base::parse_length_unit(options.text("unit").value_or("mm")),
+        .plot3d = plot3d_options(options)};
+    const mesh::Cage cage = given.checked();
+    Call call(std::move(progress));
+    writing.progress = call.progress();
+    const Planned planned = plan_grid(cage, options, call);
+    const grid::GridQuality quality =
+        call.run("cage", [&] { return grid::write_grid(*planned.grid->points, output, writing); });
+    report::RunReport report{.unit = writing.unit,
+                             .options = options.listed("grid"),
+                             .cage = mesh::summarise(*cage.topology),
+                             .grid = report::GridFigures{output.string(), quality}};
+    report.verdict = measure::assess(
+        {.bad_grid_cells = measure::Failures{int(quality.folded + quality.negative), {}},
+         .is_grid = true});
+    return py::make_tuple(report::to_json(report),
+                          report::to_text(report, report::TextDetail::Brief));
+}
+
+}  // namespace
+
+void bind_grids(py::module_& module) {
+    module.def("grid_blocks", grid_blocks);
+    module.def("grid", write_grid);
+}
+
+}  // namespace patchwright::python

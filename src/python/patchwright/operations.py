@@ -1,0 +1,159 @@
+"""What the command line does, on files, models and cages in memory.
+
+Lengths (tolerance, size, ...) are texts with a unit, "0.05mm" or "1e-4rel" (of the diagonal), or numbers of
+millimetres. All calls release the interpreter's lock; progress is called on the calling thread, and returning False
+from it, or setting the threading.Event given as cancel, ends the call with CancelledError and leaves files alone.
+"""
+from __future__ import annotations
+
+import os
+import pathlib
+from typing import Any, Optional, Sequence, Union
+
+from . import _checks, _core
+from ._checks import Event, Floats, Length, Progress
+from .cage import Cage
+from .errors import UsageError
+from .model import Model, ModelLike, as_model
+from .results import Comparison, Conversion, Export, Fit, Grid, Inspection
+
+__all__ = ["compare", "convert", "export", "fit", "grid", "grid_blocks", "inspect"]
+
+_LENGTHS = {"tolerance", "size", "first_cell", "layer_height", "thickness"}
+_NUMBERS = {"time_limit", "target_faces", "max_levels", "samples", "cap_depth", "points", "levels", "coarsen", "layers",
+            "growth"}
+_FLAGS = {"join", "curvature"}
+
+
+def _options(**given: Any) -> dict[str, Any]:
+    """Of the types that the module takes; words where nothing else is said. Values are checked by the library."""
+    checked: dict[str, Any] = {}
+    for name, value in given.items():
+        if name in _LENGTHS:
+            checked[name] = _checks.length(value, name)
+        elif name in _NUMBERS:
+            checked[name] = _checks.number(value, name)
+        elif name in _FLAGS:
+            checked[name] = _checks.flag(value, name)
+        else:
+            checked[name] = _checks.texts(value, name) if name == "clusters" else _checks.text(value, name)
+    return checked
+
+
+def _cage_of(cage: object) -> _core.Cage:
+    if isinstance(cage, Cage):
+        return cage._core
+    return Cage.read(_checks.path(cage, "cage"))._core
+
+
+def _output(output: object, inputs: Sequence[object]) -> pathlib.Path:
+    path = pathlib.Path(_checks.path(output, "output"))
+    for given in inputs:
+        file = given.file if isinstance(given, Model) else given if isinstance(given, (str, os.PathLike)) else None
+        if file is not None and path.exists() and os.path.exists(file) and os.path.samefile(path, file):
+            raise UsageError(f"{path}: output is the input as well; give another file")
+    return path
+
+
+def convert(model: ModelLike, output: str | os.PathLike[str], *, cage: Cage | str | os.PathLike[str] | None = None,
+            tolerance: Length = "1e-4rel", time_limit: float | None = 60.0, layout: str = "auto",
+            target_faces: int | None = None, refine: str = "local", symmetry: str = "detect",
+            max_levels: int | None = None, samples: int = 20000, unit: str = "input", schema: str = "ap214",
+            continuity: str = "g1", patches: str = "charts", color: str = "none", cap_depth: int | None = None,
+            progress: Progress = None, cancel: Event | None = None) -> Conversion:
+    """Converts a model to a few smooth patches that form one solid, writes it and measures what was written.
+
+    output: .step .stp .igs .iges .brep; nothing is changed there until all is done.
+    cage: a control mesh to fit; by default cages are made from the model.
+    Other options are those of `patchwright convert --help`. time_limit is in seconds; None: none.
+
+    Missing the tolerance is no error: see Conversion.verdict. Raises UsageError, InputError, OutputError,
+    TimeLimitError when there is no result in time, CancelledError.
+    """
+    path = _output(output, [model, cage])
+    given = as_model(model, progress, cancel)
+    options = _options(tolerance=tolerance, time_limit=time_limit, layout=layout,
+               target_faces=target_faces, refine=refine, symmetry=symmetry, max_levels=max_levels,
+               samples=samples, unit=unit, schema=schema, continuity=continuity, patches=patches,
+               color=color, cap_depth=cap_depth)
+    report, text, fitted = _core.convert(given._core, os.fspath(path), None if cage is None else _cage_of(cage),
+                                         options, _checks.callback(progress, cancel))
+    return Conversion(report, text, path, Cage._of(fitted))
+
+
+def fit(model: ModelLike, *, cage: Cage | str | os.PathLike[str] | None = None, tolerance: Length = "1e-4rel",
+        time_limit: float | None = None, layout: str = "auto", target_faces: int | None = None, refine: str = "local",
+        symmetry: str = "detect", max_levels: int | None = None, progress: Progress = None,
+        cancel: Event | None = None) -> Fit:
+    """Fits a cage, given or made, to a model: its limit surface then lies on the model. Options and errors: convert."""
+    given = as_model(model, progress, cancel)
+    options = _options(tolerance=tolerance, time_limit=time_limit, layout=layout,
+               target_faces=target_faces, refine=refine, symmetry=symmetry, max_levels=max_levels)
+    report, text, fitted = _core.fit(given._core, None if cage is None else _cage_of(cage), options,
+                                     _checks.callback(progress, cancel))
+    return Fit(report, text, Cage._of(fitted))
+
+
+def export(cage: Cage | str | os.PathLike[str], output: str | os.PathLike[str], *, tolerance: Length = "1e-4rel",
+           unit: str = "mm", schema: str = "ap214", continuity: str = "g1", patches: str = "charts",
+           color: str = "none", cap_depth: int | None = None, progress: Progress = None,
+           cancel: Event | None = None) -> Export:
+    """Writes the limit surface of a cage as CAD: .step .stp .igs .iges .brep. Raises as convert()."""
+    path = _output(output, [cage])
+    options = _options(tolerance=tolerance, unit=unit, schema=schema,
+               continuity=continuity, patches=patches, color=color, cap_depth=cap_depth)
+    report, text = _core.export(_cage_of(cage), os.fspath(path), options, _checks.callback(progress, cancel))
+    return Export(report, text, path)
+
+
+def compare(a: ModelLike, b: ModelLike, *, tolerance: Length | None = None, samples: int = 20000,
+            progress: Progress = None, cancel: Event | None = None) -> Comparison:
+    """Two-sided deviation; a counts as the input and b as the output.
+
+    tolerance: gives the comparison a verdict: on the distances both ways, on a's sharp curves that are longer than
+    100 times this, and on whether b is closed and valid. samples: each way.
+    """
+    second = as_model(b, progress, cancel)
+    first = as_model(a, progress, cancel)
+    options = _options(tolerance=tolerance, samples=samples)
+    return Comparison(*_core.compare(first._core, second._core, options, _checks.callback(progress, cancel)))
+
+
+def inspect(model: ModelLike, *, progress: Progress = None, cancel: Event | None = None) -> Inspection:
+    """What is in a model: counts, sizes, tolerances, features, mass; as `patchwright inspect --json`."""
+    given = as_model(model, progress, cancel)
+    return Inspection(*_core.inspect(given._core, _checks.callback(progress, cancel)))
+
+
+def grid(cage: Cage | str | os.PathLike[str], output: str | os.PathLike[str], *, blocks: str = "groups",
+         join: bool = False, size: Length | None = None, points: int = 17, levels: int = 0, coarsen: int = 0,
+         spacing: str = "uniform", curvature: bool = False, first_cell: Length | None = None,
+         clusters: Sequence[str] = (), layers: int = 0, layer_height: Length | None = None,
+         thickness: Length | None = None, growth: float = 1.2, unit: str = "mm", form: str = "binary",
+         endian: str = "little", progress: Progress = None, cancel: Event | None = None) -> Grid:
+    """Writes a block-structured grid on the limit surface, or with layers off it: .cgns, .xyz, .p3d or .vtm.
+
+    Options are those of `patchwright grid --help`. The verdict is on folded and negative cells.
+    """
+    path = _output(output, [cage])
+    options = _options(blocks=blocks, join=join, size=size, points=points, levels=levels,
+                             coarsen=coarsen, spacing=spacing, curvature=curvature,
+                             first_cell=first_cell, clusters=clusters, layers=layers,
+                             layer_height=layer_height, thickness=thickness, growth=growth, unit=unit,
+                             form=form, endian=endian)
+    report, text = _core.grid(_cage_of(cage), os.fspath(path), options, _checks.callback(progress, cancel))
+    return Grid(report, text, path)
+
+
+def grid_blocks(cage: Cage | str | os.PathLike[str], *, blocks: str = "groups", join: bool = False,
+                size: Length | None = None, points: int = 17, levels: int = 0, coarsen: int = 0,
+                spacing: str = "uniform", curvature: bool = False, first_cell: Length | None = None,
+                clusters: Sequence[str] = (), layers: int = 0, layer_height: Length | None = None,
+                thickness: Length | None = None, growth: float = 1.2, progress: Progress = None,
+                cancel: Event | None = None) -> dict[str, Floats]:
+    """The same grid in memory: by name of its block, points of shape (ni, nj, 3), with layers (ni, nj, nk, 3), mm."""
+    options = _options(blocks=blocks, join=join, size=size, points=points, levels=levels,
+                             coarsen=coarsen, spacing=spacing, curvature=curvature,
+                             first_cell=first_cell, clusters=clusters, layers=layers,
+                             layer_height=layer_height, thickness=thickness, growth=growth)
+    return dict(_core.grid_blocks(_cage_of(cage), options, _checks.callback(progress, cancel)))

@@ -1,0 +1,296 @@
+"""Files: results against the command line's JSON, errors, exchange of shapes, cancelling, and threads that go on."""
+import json
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+
+from module import CUBE_FACES, CUBE_POINTS, PATCHWRIGHT, SAMPLES, WING, ModuleTest, main, np, pw
+
+import patchwright.testing
+
+# What may differ between two runs, or tells where files are.
+VARIES = {"seconds", "peak_memory_mb", "options", "file", "notices", "tool"}
+
+
+def same(report):
+    """The report without what may differ."""
+    if isinstance(report, dict):
+        return {key: same(value) for key, value in report.items() if key not in VARIES}
+    return [same(value) for value in report] if isinstance(report, list) else report
+
+
+class AsTheCommandLine(ModuleTest):
+    def report(self, *arguments, code=0):
+        file = self.folder / "report.json"
+        result = subprocess.run([PATCHWRIGHT, *map(str, arguments), "--json", str(file)], capture_output=True, text=True)
+        self.assertEqual(result.returncode, code, result.stderr)
+        return json.loads(file.read_text())
+
+    def check_same(self, result, report):
+        mine, told = same(result.report), same(report)
+        for level in (*mine.get("fit", {}).get("levels", []), *told.get("fit", {}).get("levels", [])):
+            level.pop("seconds", None)
+        self.assertEqual(mine, told)
+        self.assertEqual(result.verdict.sentence if result.verdict else None,
+                         report.get("verdict", {}).get("sentence"))
+
+    def test_convert(self):
+        a, b = self.folder / "a.step", self.folder / "b.step"
+        report = self.report("convert", WING / "wing.igs", "--cage", WING / "wing_cage.obj", "-o", a, "--cage-out",
+                             self.folder / "a.obj")
+        result = pw.convert(WING / "wing.igs", b, cage=WING / "wing_cage.obj")
+        self.assertTrue(result.met)
+        self.check_same(result, report)
+        self.assertEqual(a.read_bytes().replace(b"'a'", b"''"), b.read_bytes().replace(b"'b'", b"''"))
+        result.cage.write(self.folder / "b.obj")
+        self.assertEqual((self.folder / "a.obj").read_bytes(), (self.folder / "b.obj").read_bytes())
+        self.assertLess(result.deviation_mm, 1e-4 * pw.read(WING / "wing.igs").diagonal)
+        self.assertTrue(str(result).startswith(result.verdict.sentence))
+
+    def test_a_miss_is_a_verdict(self):
+        report = self.report("compare", WING / "wing.step", SAMPLES / "cages" / "cube.obj", "--tolerance", "1mm", code=3)
+        result = pw.compare(WING / "wing.step", SAMPLES / "cages" / "cube.obj", tolerance=1)
+        self.assertFalse(result.met)
+        self.assertTrue(result.verdict.sentence.startswith("MISSED"))
+        self.check_same(result, report)
+
+    def test_compare_and_inspect(self):
+        models = pw.read(WING / "wing.igs"), pw.read(WING / "wing.step")
+        self.check_same(pw.compare(*models, tolerance="1e-4rel", samples=3000),
+                        self.report("compare", WING / "wing.igs", WING / "wing.step", "--tolerance", "1e-4rel",
+                                    "--samples", 3000))
+        for model in models:
+            self.check_same(pw.inspect(model), self.report("inspect", model.file))
+
+    def test_export_fit_and_grid(self):
+        cube = SAMPLES / "cages" / "cube_rim.obj"
+        self.check_same(pw.export(cube, self.folder / "a.step", color="kind"),
+                        self.report("export", cube, "-o", self.folder / "a.step", "--color", "kind"))
+        self.check_same(pw.fit(self.folder / "a.step", cage=cube, tolerance="1e-3rel"),
+                        self.report("fit", self.folder / "a.step", "--cage", cube, "--tolerance", "1e-3rel", "-o",
+                                    self.folder / "fitted.obj"))
+        self.check_same(pw.grid(cube, self.folder / "a.xyz", size=5, layers=3, layer_height="0.5mm"),
+                        self.report("grid", cube, "-o", self.folder / "b.xyz", "--size", "5mm", "--layers", 3,
+                                    "--layer-height", "0.5mm"))
+        self.assertEqual((self.folder / "a.xyz").read_bytes(), (self.folder / "b.xyz").read_bytes())
+
+    def test_errors(self):
+        half = self.folder / "half.step"
+        half.write_bytes((WING / "wing.step").read_bytes()[:20000])
+        old = self.folder / "old.step"
+        old.write_text("old")
+        cases = [(pw.InputError, 2, [half, old]), (pw.InputError, 2, [self.folder / "none.step", old]),
+                 (pw.InputError, 2, [self.folder / "none.xyz", old]),
+                 (pw.OutputError, 4, [WING / "wing.step", self.folder / "none" / "a.step"])]
+        for kind, code, (model, output) in cases:
+            told = subprocess.run([PATCHWRIGHT, "convert", str(model), "-o", str(output)], capture_output=True, text=True)
+            self.assertEqual(told.returncode, code)
+            with self.assertRaises(kind) as raised:
+                pw.convert(model, output)
+            self.assertEqual(raised.exception.exit_code, code)
+            self.assertIn(str(raised.exception), told.stderr)
+        for arguments, part in (({"tolerance": "0.1"}, "'0.1' has no unit"), ({"tolerance": "-1mm"}, "is no length"),
+                                ({"layout": "best"}, "'best' is none of auto, aligned, remesh"),
+                                ({"samples": 0}, "samples: '0' is no number from 1"),
+                                ({"unit": "furlong"}, "furlong"), ({"max_levels": 1.5}, "no whole number")):
+            with self.assertRaises(pw.UsageError) as raised:
+                pw.convert(WING / "wing.step", old, **arguments)
+            self.assertIn(part, str(raised.exception))
+            self.assertIsInstance(raised.exception, ValueError)
+        with self.assertRaisesRegex(pw.UsageError, "is the input as well"):
+            pw.convert(half, half)
+        self.assertEqual(old.read_text(), "old")
+
+    def test_time_limit(self):
+        with self.assertRaisesRegex(pw.TimeLimitError, "MISSED: the time limit"):
+            pw.convert(WING / "wing.step", self.folder / "a.step", time_limit=1e-3)
+        self.assertEqual(os.listdir(self.folder), [])
+
+
+class Shapes(ModuleTest):
+    def test_brep(self):
+        wing = pw.read(WING / "wing.step")
+        copy = pw.Model.from_brep(wing.to_brep())
+        self.assertAlmostEqual(pw.Model.from_brep(copy.to_brep().decode()).diagonal, wing.diagonal, delta=1e-6)
+        self.assertLess(pw.compare(wing, copy, samples=500).deviation_mm, 1e-6)
+        self.assertAlmostEqual(copy.diagonal, wing.diagonal, delta=1e-6)
+        with self.assertRaisesRegex(pw.UsageError, "no CAD model"):
+            pw.read(SAMPLES / "cages" / "cube.obj").to_brep()
+        with self.assertRaises(pw.InputError):
+            pw.Model.from_brep(b"no shape")
+
+    def test_freecad(self):
+        # Its shapes are TopoDS_Shape, as those of pythonOCC and OCP are.
+        try:
+            sys.path.append("/usr/lib/freecad-python3/lib")
+            import FreeCAD  # noqa: F401
+            import Part
+        except ImportError as error:
+            self.skipTest(f"SKIPPED: {error}")
+        ball = pw.Model.from_brep(Part.makeSphere(10).exportBrepToString())
+        points, distances = ball.foot_points([[20, 0, 0], [0, 0, 5], [3, 4, 0]])
+        np.testing.assert_allclose(distances, [10, 5, 5], atol=1e-9)
+        # At the pole, to what distances tell: the square of this.
+        np.testing.assert_allclose(points, [[10, 0, 0], [0, 0, 10], [6, 8, 0]], atol=1e-6)
+        shape = Part.Shape()
+        shape.importBrepFromString(pw.read(WING / "wing.step").to_brep().decode())
+        self.assertTrue(shape.isValid())
+        volume = pw.inspect(WING / "wing.step").report["solid"]["volume"]
+        self.assertAlmostEqual(shape.Volume / volume, 1, places=6)  # mm both, as that file is
+
+    def test_field(self):
+        a, b = pw.read(WING / "wing.igs"), pw.read(WING / "wing.step")
+        field = a.field(b)
+        self.assertEqual(field.points.shape, (len(field.deviation), 3))
+        self.assertEqual(field.triangles.max(), len(field.points) - 1)
+        np.testing.assert_allclose(field.deviation[::50], b.foot_points(field.points[::50])[1], atol=1e-6)
+        self.assertIsNone(a.field().deviation)
+
+    def test_grid_in_memory(self):
+        cage = pw.Cage(50 * CUBE_POINTS, CUBE_FACES)
+        blocks = pw.grid_blocks(cage, points=5, blocks="faces")
+        self.assertEqual([b.shape for b in blocks.values()], [(5, 5, 3)] * 6)
+        corners = {tuple(np.round(b[i, j], 9)) for b in blocks.values() for i in (0, -1) for j in (0, -1)}
+        self.assertEqual(corners, {tuple(25 * p) for p in CUBE_POINTS})
+        thick = pw.grid_blocks(cage, points=5, layers=2, thickness="10mm")
+        self.assertEqual({b.shape[2:] for b in thick.values()}, {(3, 3)})
+
+    def test_another_folder(self):
+        # The reader follows the process: relative names mean what they mean here.
+        before = os.getcwd()
+        self.addCleanup(os.chdir, before)
+        for folder in (WING, SAMPLES):
+            os.chdir(folder)
+            self.assertEqual(pw.read(os.path.relpath(WING / "wing.igs")).is_cad, True)
+
+
+class Calls(ModuleTest):
+    def test_progress(self):
+        stages = []
+        pw.convert(WING / "wing.step", self.folder / "a.step", tolerance="1e-3rel",
+                   progress=lambda stage, fraction: stages.append((stage, fraction)))
+        self.assertGreater(len({stage for stage, _ in stages}), 2)
+        self.assertTrue(all(0 <= fraction <= 1 for _, fraction in stages))
+
+    def test_cancel(self):
+        started = time.monotonic()
+        event = threading.Event()
+        threading.Timer(0.3, event.set).start()
+        with self.assertRaises(pw.CancelledError) as raised:
+            pw.convert(WING / "wing.igs", self.folder / "a.step", tolerance="1e-8rel", cancel=event)
+        self.assertEqual(raised.exception.exit_code, 130)
+        self.assertLess(time.monotonic() - started, 10)
+        with self.assertRaises(pw.CancelledError):
+            pw.convert(WING / "wing.igs", self.folder / "a.step", progress=lambda stage, fraction: stage != "fit")
+        self.assertEqual(os.listdir(self.folder), [])
+
+    def test_what_the_callback_raises(self):
+        def fail(stage, fraction):
+            raise KeyError(stage)
+
+        with self.assertRaises(KeyError):
+            pw.compare(WING / "wing.igs", WING / "wing.step", progress=fail)
+        for wrong in ("text", 5):
+            with self.assertRaisesRegex(pw.UsageError, "progress"):
+                pw.read(WING / "wing.igs", progress=wrong)
+            with self.assertRaisesRegex(pw.UsageError, "cancel"):
+                pw.read(WING / "wing.igs", cancel=wrong)
+
+    def test_other_threads_go_on(self):
+        """A call that takes long beside a thread that counts in Python."""
+        a, b = pw.read(WING / "wing.igs"), pw.read(WING / "wing.step")
+        ticks, stop = [], threading.Event()
+
+        def count():
+            while not stop.is_set():
+                ticks.append(time.monotonic())
+                time.sleep(0.002)
+
+        counter = threading.Thread(target=count)
+        counter.start()
+        started = time.monotonic()
+        pw.compare(a, b, samples=60000)
+        ended = time.monotonic()
+        stop.set()
+        counter.join()
+        within = [t for t in ticks if started < t < ended]
+        longest = max(np.diff([started, *within, ended]))
+        self.assertGreater(len(within), 20)
+        self.assertLess(longest, 0.5 * (ended - started))
+
+    def test_calls_on_many_threads(self):
+        model = pw.read(WING / "wing.igs")
+        results = [None] * 4
+
+        def work(i):
+            results[i] = same(pw.compare(model, WING / "wing.step", samples=500).report)
+
+        threads = [threading.Thread(target=work, args=(i,)) for i in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertIsNotNone(results[0])
+        self.assertTrue(all(result == results[0] for result in results))
+
+    def test_interrupt(self):
+        program = textwrap.dedent("""
+            import sys, patchwright
+            print("started", flush=True)
+            try:
+                patchwright.convert(sys.argv[1], sys.argv[2], tolerance="1e-8rel")
+            except KeyboardInterrupt:
+                print("interrupted")
+        """)
+        process = subprocess.Popen([sys.executable, "-c", program, str(WING / "wing.igs"), str(self.folder / "a.step")],
+                                   stdout=subprocess.PIPE, text=True)
+        process.stdout.readline()
+        time.sleep(0.7)
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.communicate(timeout=30)[0].strip(), "interrupted")
+        self.assertEqual(os.listdir(self.folder), [])
+
+    def test_copies_of_the_process(self):
+        import multiprocessing
+        pw.read(WING / "wing.igs")
+        with multiprocessing.get_context("fork").Pool(2) as pool:
+            diagonals = pool.map(diagonal_of, [str(WING / "wing.igs"), str(WING / "wing.step")] * 2)
+        np.testing.assert_allclose(diagonals, diagonals[0], rtol=1e-3)
+        self.assertAlmostEqual(pw.read(WING / "wing.igs").diagonal, diagonals[0])
+
+
+def diagonal_of(file):
+    return pw.read(file).diagonal
+
+
+class RoundTrips(ModuleTest):
+    def test_met(self):
+        result = patchwright.testing.assert_round_trip(WING / "wing.igs", WING / "wing.step", "1e-4rel")
+        self.assertTrue(result.met)
+
+    def test_missed(self):
+        cage = pw.Cage(50 * CUBE_POINTS, CUBE_FACES)
+        pw.export(cage, self.folder / "a.step")
+        pw.export(cage.with_points(1.01 * cage.points), self.folder / "b.step")
+        with self.assertRaises(AssertionError) as raised:
+            patchwright.testing.assert_round_trip(self.folder / "a.step", self.folder / "b.step", 0.05)
+        message = str(raised.exception)
+        # The corners of the limit surface are at (25, 25, 25); elsewhere it is nearer to the middle of faces.
+        figure = float(message.split("distance_to_input: ")[1].split(" mm")[0])
+        farthest = 0.01 * np.linalg.norm(cage.evaluate([0], [[0.5, 0.5]])[0])
+        self.assertLessEqual(figure, 0.01 * np.linalg.norm([25, 25, 25]) + 1e-3)
+        self.assertGreater(figure, 0.99 * farthest)
+        for part in ("a.step and", "b.step differ by more than 0.05", "tolerance 0.05 mm, at (", "distance_from_input"):
+            self.assertIn(part, message)
+
+    def test_no_trip(self):
+        with self.assertRaises(pw.InputError):
+            patchwright.testing.assert_round_trip(WING / "wing.igs", self.folder / "none.step", "1e-4rel")
+
+
+if __name__ == "__main__":
+    main()
