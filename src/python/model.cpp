@@ -14,6 +14,7 @@
 #include <cmath>
 #include <filesystem>
 #include <mutex>
+#include <system_error>
 
 namespace patchwright::python {
 
@@ -27,23 +28,28 @@ class Reader {
   public:
     /// Not the one of another process of which this is a copy, nor one in another folder, from
     /// which relative paths lead elsewhere.
-    occ::ReaderProcess& get() {
+    std::shared_ptr<occ::ReaderProcess> get() {
         const std::lock_guard lock(mutex_);
         const fs::path folder = fs::current_path();
         if (!process_ || owner_ != ::getpid() || folder_ != folder) {
-            if (owner_ != ::getpid()) (void)process_.release();
-            process_ = std::make_unique<occ::ReaderProcess>(program);
+            process_ = std::make_shared<occ::ReaderProcess>(program);
             owner_ = ::getpid();
             folder_ = folder;
         }
-        return *process_;
+        return process_;
+    }
+
+    /// The next call starts another one.
+    void forget() {
+        const std::lock_guard lock(mutex_);
+        process_.reset();
     }
 
     fs::path program;  ///< beside the module
 
   private:
     std::mutex mutex_;
-    std::unique_ptr<occ::ReaderProcess> process_;
+    std::shared_ptr<occ::ReaderProcess> process_;  // calls that read have it too
     pid_t owner_ = 0;
     fs::path folder_;
 };
@@ -63,13 +69,20 @@ PyModel read_model(const std::string& file, const py::dict& given, py::object pr
     reading.limits.time_s = options.number("read_limit", 1e-9, 1e7);
     Call call(std::move(progress));
     return call.run(file, [&] {
-        reading.reader = &reader().get();
+        const std::shared_ptr<occ::ReaderProcess> process = reader().get();
+        reading.reader = process.get();
         reading.progress = call.progress();
-        auto source = std::make_shared<convert::Source>(convert::read_source(file, reading));
+        const auto source = std::make_shared<convert::Source>();
+        try {
+            *source = convert::read_source(file, reading);
+        } catch (const std::system_error&) {
+            reader().forget();  // somebody has ended it
+            throw;
+        }
         // Ends with this call; what is read is used by others.
         source->options.progress = {};
         source->options.reader = nullptr;
-        return PyModel{std::move(source)};
+        return PyModel{source};
     });
 }
 

@@ -3,6 +3,7 @@ import json
 import math
 import pathlib
 import re
+import shutil
 import subprocess
 
 from module import CUBE_FACES, CUBE_POINTS, PATCHWRIGHT, SAMPLES, WING, ModuleTest, main, np, pw, random_places
@@ -171,14 +172,15 @@ class LimitSurface(ModuleTest):
         np.testing.assert_allclose(fine.evaluate(4 * faces + child, 2 * uv % 1), cage.evaluate(faces, uv), atol=1e-10)
 
     def test_tagged_sectors(self):
-        cage = pw.Cage.read(SAMPLES / "wing_fuselage" / "smooth.obj")
-        tagged = re.search("^#patchwright sector", (SAMPLES / "wing_fuselage" / "smooth.obj").read_text(), re.MULTILINE)
-        if tagged is None:
-            self.assertEqual(cage.masks([0], [[0.5, 0.5]]).shape[0], 1)
-        else:
-            with self.assertRaisesRegex(pw.UsageError, "sectors"):
-                cage.masks([0], [[0.5, 0.5]])
-        self.assertTrue(np.isfinite(cage.evaluate([0], [[0.5, 0.5]])).all())
+        # A square whose corner at the origin spans 90 degrees and faces up: points around it are adjusted.
+        text = "v 0 0 0\nv 1 0 0.3\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n#patchwright sector 0 0 90 0 0 1\n"
+        (self.folder / "square.obj").write_text(text)
+        cage = pw.Cage.read(self.folder / "square.obj")
+        with self.assertRaisesRegex(pw.UsageError, "sectors"):
+            cage.masks([0], [[0.5, 0.5]])
+        rows = cage.evaluate([0], [[0, 0]], order=1)[0]
+        normal = np.cross(rows[1], rows[2])
+        np.testing.assert_allclose(normal / np.linalg.norm(normal), [0, 0, 1], atol=1e-12)
 
     def test_threads_change_no_bit(self):
         cage = pw.Cage.read(SAMPLES / "cages" / "genus2.obj")
@@ -208,6 +210,13 @@ class Package(ModuleTest):
         for name in pw.__all__:
             value = getattr(pw, name)
             self.assertTrue(inspect.getdoc(value), name)
+
+    def test_types(self):
+        if shutil.which("mypy") is None:
+            self.skipTest("SKIPPED: no mypy")
+        done = subprocess.run(["mypy", "--strict", "--ignore-missing-imports", "--cache-dir", str(self.folder),
+                               pathlib.Path(pw.__file__).parent], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stdout)
 
     def test_version(self):
         told = subprocess.run([PATCHWRIGHT, "--version"], capture_output=True, text=True, check=True)

@@ -1,6 +1,7 @@
 """Files: results against the command line's JSON, errors, exchange of shapes, cancelling, and threads that go on."""
 import json
 import os
+import pathlib
 import signal
 import subprocess
 import sys
@@ -166,6 +167,31 @@ class Shapes(ModuleTest):
         for folder in (WING, SAMPLES):
             os.chdir(folder)
             self.assertEqual(pw.read(os.path.relpath(WING / "wing.igs")).is_cad, True)
+
+
+class Readers(ModuleTest):
+    def test_a_reader_that_was_ended(self):
+        pw.read(WING / "wing.igs")
+        children = pathlib.Path(f"/proc/self/task/{os.getpid()}/children").read_text().split()
+        readers = [int(c) for c in children if pathlib.Path(f"/proc/{c}/comm").read_text().strip() == "_reader"]
+        self.assertTrue(readers)
+        for process in readers:
+            os.kill(process, signal.SIGKILL)
+        with self.assertRaises(pw.InternalError):
+            pw.read(WING / "wing.igs")
+        self.assertTrue(pw.read(WING / "wing.igs").is_cad)
+
+    def test_files_that_end_the_kernel(self):
+        # Every file of the folder ends as the command line does, in an interpreter that goes on.
+        index = SAMPLES.parents[1] / "shared" / "hostile"
+        files = sorted(f for f in index.glob("*") if f.suffix in (".step", ".stp", ".igs", ".iges", ".brep"))
+        if not files:
+            self.skipTest("SKIPPED: no hostile files")
+        for file in files:
+            try:
+                pw.read(file, read_limit=5)
+            except pw.InputError as error:
+                self.assertNotIn("\n", str(error))
 
 
 class Calls(ModuleTest):

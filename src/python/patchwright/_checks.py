@@ -93,11 +93,12 @@ def callback(progress: Progress, cancel: Event | None) -> Progress:
         raise UsageError("progress: a callable (stage, fraction) is needed")
     if cancel is None:
         return progress
-    if not callable(getattr(cancel, "is_set", None)):
+    is_cancelled: Any = getattr(cancel, "is_set", None)
+    if not callable(is_cancelled):
         raise UsageError("cancel: a threading.Event is needed")
 
     def check(stage: str, fraction: float) -> bool:
-        if cancel.is_set():
+        if is_cancelled():
             return False
         return progress is None or progress(stage, fraction) is not False
 

@@ -47,11 +47,11 @@ class Cage:
     repeat vertices, tags on what does not exist; the message names the element.
     """
 
-    _core: _core.Cage
+    _held: _core.Cage
 
-    def __init__(self, points: npt.ArrayLike, faces: Any, *, sizes: npt.ArrayLike | None = None, creases: npt.ArrayLike = (),
-                 crease_sharpness: npt.ArrayLike = np.inf, corners: npt.ArrayLike = (),
-                 corner_sharpness: npt.ArrayLike = np.inf, pins: npt.ArrayLike = (), groups: npt.ArrayLike = (),
+    def __init__(self, points: npt.ArrayLike, faces: Any, *, sizes: npt.ArrayLike | None = None,
+                 creases: npt.ArrayLike = (), crease_sharpness: npt.ArrayLike = np.inf,
+                 corners: npt.ArrayLike = (), corner_sharpness: npt.ArrayLike = np.inf, pins: npt.ArrayLike = (), groups: npt.ArrayLike = (),
                  group_names: Sequence[str] = (), boundary_corners: bool = False) -> None:
         face_sizes, vertices = _split_faces(faces, sizes)
         edges = _checks.indices(creases, "creases", 2)
@@ -59,15 +59,15 @@ class Cage:
         edge_sharpness = _sharpness(crease_sharpness, "crease_sharpness", len(edges))
         tip_sharpness = _sharpness(corner_sharpness, "corner_sharpness", len(tips))
         numbers = _checks.indices(groups, "groups", begin=-1)
-        self._core = _core.Cage.build(
+        self._held = _core.Cage.build(
             _checks.floats(points, "points", 3), face_sizes, vertices, edges, edge_sharpness, tips, tip_sharpness,
-            _checks.indices(pins, "pins"), _checks.flag(boundary_corners, "boundary_corners"), _checks.texts(group_names, "group_names"),
-            numbers)
+            _checks.indices(pins, "pins"), _checks.flag(boundary_corners, "boundary_corners"),
+            _checks.texts(group_names, "group_names"), numbers)
 
     @classmethod
     def _of(cls, core: _core.Cage) -> Cage:
         cage = cls.__new__(cls)
-        cage._core = core
+        cage._held = core
         return cage
 
     @classmethod
@@ -80,19 +80,19 @@ class Cage:
 
     def write(self, file: str | os.PathLike[str], unit: str = "mm") -> None:
         """Writes an OBJ file from which read() gives the same cage; raises OutputError."""
-        self._core.write(_checks.path(file, "file"), _checks.text(unit, "unit"))
+        self._held.write(_checks.path(file, "file"), _checks.text(unit, "unit"))
 
     @property
     def points(self) -> Floats:
         """(n, 3) control points in millimetres: a view of the cage's own, which may be changed in place."""
-        return self._core.points
+        return self._held.points
 
     @points.setter
     def points(self, values: npt.ArrayLike) -> None:
         array = _checks.floats(values, "points", 3)
-        if len(array) != len(self._core.points):
-            raise UsageError(f"points: {len(array)} for {len(self._core.points)} vertices")
-        self._core.points[:] = array
+        if len(array) != len(self._held.points):
+            raise UsageError(f"points: {len(array)} for {len(self._held.points)} vertices")
+        self._held.points[:] = array
 
     @property
     def faces(self) -> Indices:
@@ -105,48 +105,48 @@ class Cage:
     @property
     def polygons(self) -> tuple[Indices, Indices]:
         """Sizes of the faces (m,), and their vertices one after the other."""
-        return self._core.faces()
+        return self._held.faces()
 
     @property
     def creases(self) -> tuple[Indices, Floats]:
         """Edges with a tag (c, 2), and their sharpnesses (c,)."""
-        return self._core.creases()
+        return self._held.creases()
 
     @property
     def corners(self) -> tuple[Indices, Floats]:
         """Vertices with a tag (j,), and their sharpnesses (j,)."""
-        return self._core.corners()
+        return self._held.corners()
 
     @property
     def pins(self) -> Indices:
         """Vertices that a fit must not move."""
-        return self._core.pins()
+        return self._held.pins()
 
     @property
     def groups(self) -> tuple[Indices, list[str]]:
         """Number of each face's name (m,), -1 for none, and the names."""
-        names, numbers = self._core.groups()
+        names, numbers = self._held.groups()
         return np.array(numbers, np.int32), names
 
     @property
     def summary(self) -> dict[str, int]:
         """Numbers of vertices, faces, non_quads, extraordinary vertices, creases, corners, boundary_edges, pins."""
-        return self._core.summary()
+        return self._held.summary()
 
     def copy(self) -> Cage:
         """The same connectivity, which is shared, with points of its own."""
-        return Cage._of(self._core.copy())
+        return Cage._of(self._held.copy())
 
     def with_points(self, points: npt.ArrayLike) -> Cage:
         """The same connectivity with other points (n, 3)."""
-        return Cage._of(self._core.with_points(_checks.floats(points, "points", 3)))
+        return Cage._of(self._held.with_points(_checks.floats(points, "points", 3)))
 
     def refined(self, levels: int = 1) -> Cage:
         """After so many Catmull-Clark steps: another cage of the same limit surface."""
-        return Cage._of(self._core.refined(_checks.whole(levels, "levels")))
+        return Cage._of(self._held.refined(_checks.whole(levels, "levels")))
 
     def _places(self, faces: object, uv: object, sectors: object) -> tuple[Indices, Floats, Indices]:
-        number = _checks.indices(faces, "faces", end=self._core.summary()["faces"])
+        number = _checks.indices(faces, "faces", end=self._held.summary()["faces"])
         parameters = _checks.floats(uv, "uv", 2)
         if len(parameters) != len(number):
             raise UsageError(f"uv: {len(parameters)} rows for {len(number)} faces")
@@ -166,13 +166,13 @@ class Cage:
         Returns (n, 3) for order 0, (n, 3, 3) for order 1: point, d/du, d/dv; (n, 6, 3) for order 2: and d2/du2,
         d2/dudv, d2/dv2; millimetres. Rows of what does not exist are zero: see smoothness().
         """
-        return self._core.evaluate(*self._places(faces, uv, sectors), _checks.whole(order, "order"))
+        return self._held.evaluate(*self._places(faces, uv, sectors), _checks.whole(order, "order"))
 
     def smoothness(self, faces: npt.ArrayLike, uv: npt.ArrayLike, *,
                    sectors: npt.ArrayLike | None = None) -> npt.NDArray[np.uint8]:
         """(n,): 2 where first and second derivatives exist; 1 at extraordinary vertices, where d/du and d/dv are
         directions in the tangent plane; 0 where there is none."""
-        return self._core.smoothness(*self._places(faces, uv, sectors))
+        return self._held.smoothness(*self._places(faces, uv, sectors))
 
     def masks(self, faces: npt.ArrayLike, uv: npt.ArrayLike, *, order: int = 0,
               sectors: npt.ArrayLike | None = None) -> scipy.sparse.csr_matrix:
@@ -181,10 +181,10 @@ class Cage:
         Rows of points sum to 1, those of derivatives to 0. Raises UsageError for cages with tagged sectors, whose
         points are adjusted before they are evaluated.
         """
-        if self._core.has_sectors():
+        if self._held.has_sectors():
             raise UsageError("the cage has tagged sectors: its limit points are no fixed combinations of its points")
-        weights, columns, begin = self._core.masks(*self._places(faces, uv, sectors), _checks.whole(order, "order"))
-        shape = (len(begin) - 1, len(self._core.points))
+        weights, columns, begin = self._held.masks(*self._places(faces, uv, sectors), _checks.whole(order, "order"))
+        shape = (len(begin) - 1, len(self._held.points))
         return scipy.sparse.csr_matrix((weights, columns, begin), shape=shape)
 
     def jacobian(self, faces: npt.ArrayLike, uv: npt.ArrayLike, *,

@@ -37,12 +37,12 @@ class Field(NamedTuple):
 class Model:
     """A CAD model or triangles, as read() and from_brep() give it. Immutable; any thread may use it."""
 
-    _core: _core.Model
+    _held: _core.Model
 
     @classmethod
     def _of(cls, core: _core.Model) -> Model:
         model = cls.__new__(cls)
-        model._core = core
+        model._held = core
         return model
 
     @classmethod
@@ -68,47 +68,47 @@ class Model:
         """
         with tempfile.TemporaryDirectory(prefix="patchwright-") as folder:
             file = pathlib.Path(folder) / "shape.brep"
-            self._core.write_cad(os.fspath(file), "mm")
+            self._held.write_cad(os.fspath(file), "mm")
             return file.read_bytes()
 
     def write(self, file: str | os.PathLike[str], unit: str = "mm") -> None:
         """Writes STEP, IGES or BREP; raises OutputError, and UsageError for triangles."""
-        self._core.write_cad(_checks.path(file, "file"), _checks.text(unit, "unit"))
+        self._held.write_cad(_checks.path(file, "file"), _checks.text(unit, "unit"))
 
     @property
     def file(self) -> str:
         """Where it was read from."""
-        return self._core.file
+        return self._held.file
 
     @property
     def unit(self) -> str:
         """Of the file: mm, cm, m, in or ft. Numbers here are millimetres all the same."""
-        return self._core.unit
+        return self._held.unit
 
     @property
     def diagonal(self) -> float:
         """Of the bounding box, mm: what tolerances like 1e-4rel are fractions of."""
-        return self._core.diagonal
+        return self._held.diagonal
 
     @property
     def is_cad(self) -> bool:
         """False for triangles."""
-        return self._core.is_cad
+        return self._held.is_cad
 
     @property
     def notices(self) -> list[str]:
         """What reading repaired or found odd, one line each."""
-        return self._core.notices
+        return self._held.notices
 
     def foot_points(self, points: npt.ArrayLike) -> tuple[Floats, Floats]:
         """The nearest points of the surface (n, 3) to points (n, 3), and the distances (n,); millimetres."""
-        return self._core.foot_points(_checks.floats(points, "points", 3))
+        return self._held.foot_points(_checks.floats(points, "points", 3))
 
     def field(self, other: ModelLike | None = None, *, progress: Progress = None, cancel: Event | None = None) -> Field:
         """Deviation from another model, and curvature, all over this one: for plots."""
-        core = None if other is None else as_model(other)._core
-        values = _core.field(self._core, core, _checks.callback(progress, cancel))
-        return Field(**{name: values.get(name) for name in Field._fields})
+        core = None if other is None else as_model(other)._held
+        values = _core.field(self._held, core, _checks.callback(progress, cancel))
+        return Field._make(values.get(name) for name in Field._fields)
 
     def __repr__(self) -> str:
         return f"<patchwright.Model: {self.file}, {self.diagonal:.4g} mm across>"

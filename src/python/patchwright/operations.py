@@ -42,8 +42,8 @@ def _options(**given: Any) -> dict[str, Any]:
 
 def _cage_of(cage: object) -> _core.Cage:
     if isinstance(cage, Cage):
-        return cage._core
-    return Cage.read(_checks.path(cage, "cage"))._core
+        return cage._held
+    return Cage.read(_checks.path(cage, "cage"))._held
 
 
 def _output(output: object, inputs: Sequence[object]) -> pathlib.Path:
@@ -76,7 +76,7 @@ def convert(model: ModelLike, output: str | os.PathLike[str], *, cage: Cage | st
                target_faces=target_faces, refine=refine, symmetry=symmetry, max_levels=max_levels,
                samples=samples, unit=unit, schema=schema, continuity=continuity, patches=patches,
                color=color, cap_depth=cap_depth)
-    report, text, fitted = _core.convert(given._core, os.fspath(path), None if cage is None else _cage_of(cage),
+    report, text, fitted = _core.convert(given._held, os.fspath(path), None if cage is None else _cage_of(cage),
                                          options, _checks.callback(progress, cancel))
     return Conversion(report, text, path, Cage._of(fitted))
 
@@ -89,7 +89,7 @@ def fit(model: ModelLike, *, cage: Cage | str | os.PathLike[str] | None = None, 
     given = as_model(model, progress, cancel)
     options = _options(tolerance=tolerance, time_limit=time_limit, layout=layout,
                target_faces=target_faces, refine=refine, symmetry=symmetry, max_levels=max_levels)
-    report, text, fitted = _core.fit(given._core, None if cage is None else _cage_of(cage), options,
+    report, text, fitted = _core.fit(given._held, None if cage is None else _cage_of(cage), options,
                                      _checks.callback(progress, cancel))
     return Fit(report, text, Cage._of(fitted))
 
@@ -116,13 +116,13 @@ def compare(a: ModelLike, b: ModelLike, *, tolerance: Length | None = None, samp
     second = as_model(b, progress, cancel)
     first = as_model(a, progress, cancel)
     options = _options(tolerance=tolerance, samples=samples)
-    return Comparison(*_core.compare(first._core, second._core, options, _checks.callback(progress, cancel)))
+    return Comparison(*_core.compare(first._held, second._held, options, _checks.callback(progress, cancel)))
 
 
 def inspect(model: ModelLike, *, progress: Progress = None, cancel: Event | None = None) -> Inspection:
     """What is in a model: counts, sizes, tolerances, features, mass; as `patchwright inspect --json`."""
     given = as_model(model, progress, cancel)
-    return Inspection(*_core.inspect(given._core, _checks.callback(progress, cancel)))
+    return Inspection(*_core.inspect(given._held, _checks.callback(progress, cancel)))
 
 
 def grid(cage: Cage | str | os.PathLike[str], output: str | os.PathLike[str], *, blocks: str = "groups",

@@ -37,6 +37,14 @@ class Verdict(NamedTuple):
     conditions: tuple[Condition, ...]
 
 
+def _condition(given: dict[str, Any]) -> Condition:
+    at = None
+    if given.get("at"):
+        x, y, z = given["at"]
+        at = (float(x), float(y), float(z))
+    return Condition(given["name"], given["value"], given["limit"], given["met"], at, given.get("remedy") or "")
+
+
 class Result:
     """Base of all results.
 
@@ -55,10 +63,7 @@ class Result:
         given = self.report.get("verdict")
         if given is None:
             return None
-        conditions = (Condition(c["name"], c["value"], c["limit"], c["met"],
-                                tuple(c["at"]) if c.get("at") else None, c.get("remedy") or "")
-                      for c in given["conditions"])
-        return Verdict(given["met"], given["sentence"], tuple(conditions))
+        return Verdict(given["met"], given["sentence"], tuple(map(_condition, given["conditions"])))
 
     @property
     def met(self) -> bool:
