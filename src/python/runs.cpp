@@ -65,16 +65,20 @@ convert::ShapeOptions shape_options(const Options& options) {
     return shape;
 }
 
+cage::Method layout_of(const Options& options) {
+    using cage::Method;
+    return options.choice<Method>(
+        "layout",
+        {{"auto", Method::Auto}, {"aligned", Method::Aligned}, {"remesh", Method::Remesh}});
+}
+
 convert::ConvertOptions convert_options(const Options& options, const convert::Source& source,
                                         const std::optional<mesh::Cage>& cage) {
-    using cage::Method;
     using fit::RefinementScope;
     using fit::Symmetry;
     return {.tolerance_mm = length_mm(options, "tolerance", source.input.diagonal),
             .cage = cage,
-            .method = options.choice<Method>(
-                "layout",
-                {{"auto", Method::Auto}, {"aligned", Method::Aligned}, {"remesh", Method::Remesh}}),
+            .method = layout_of(options),
             .target_faces = options.integer("target_faces", 1, most_faces),
             .refinement = options.choice<RefinementScope>(
                 "refine", {{"local", RefinementScope::Local}, {"global", RefinementScope::Global}}),
@@ -170,6 +174,29 @@ py::tuple fit_model(const PyModel& model, const std::optional<PyCage>& given, co
     return py::make_tuple(told[0], told[1], PyCage(done.attempts.front().fitted));
 }
 
+py::tuple make_cage(const PyModel& model, const py::dict& named, py::object progress) {
+    const Options options(named);
+    const convert::Source& source = *model.source;
+    refuse_control_mesh(source);
+    const double diagonal = source.input.diagonal;
+    cage::CageOptions making{.method = layout_of(options),
+                             .target_faces = options.integer("target_faces", 1, most_faces),
+                             .tolerance_rel = length_mm(options, "tolerance", diagonal) / diagonal};
+    report::RunReport report = report_of(source, options, "cage");
+    Call call(std::move(progress));
+    making.progress = call.progress();
+    base::StageClock clock;
+    cage::CageResult made =
+        call.run(source.input.file, [&] { return cage::make_cage(source.surface(), making); });
+    clock.end("layout");
+    report.cage = mesh::summarise(*made.cage.topology);
+    report.layout = made.layout;
+    report.seconds = clock.seconds();
+    report.notices.insert(report.notices.end(), made.notices.begin(), made.notices.end());
+    const py::tuple told = finish(report);
+    return py::make_tuple(told[0], told[1], PyCage(std::move(made.cage)), made.layout);
+}
+
 void export_shape(const mesh::Cage& cage, const fs::path& output, double tolerance_mm,
                   const convert::ShapeOptions& making, report::RunReport& report,
                   const base::Progress& progress) {
@@ -258,6 +285,7 @@ py::tuple inspect_model(const PyModel& model, py::object progress) {
 void bind_runs(py::module_& module) {
     module.def("convert", convert_model);
     module.def("fit", fit_model);
+    module.def("make_cage", make_cage);
     module.def("export", export_cage);
     module.def("compare", compare_models);
     module.def("inspect", inspect_model);

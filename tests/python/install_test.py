@@ -38,7 +38,10 @@ class Install(ModuleTest):
     def test_cmake(self):
         subprocess.run(["cmake", "--install", sys.argv[3], "--prefix", str(self.folder)], check=True,
                        stdout=subprocess.DEVNULL)
-        package = self.folder / "lib" / f"python{sysconfig.get_python_version()}" / "site-packages" / "patchwright"
+        version, kind = sysconfig.get_python_version(), pathlib.Path(sysconfig.get_path("platlib")).name
+        package = self.folder / "lib" / f"python{version}" / kind / "patchwright"
+        if kind == "dist-packages":
+            self.assertIn(f"/usr/local/lib/python{version}/{kind}", sys.path)  # where the default prefix puts it
         self.assertTrue((package / "_core.pyi").exists())
         told = subprocess.run([sys.executable, "-c", "import sys, patchwright as p; print(p.read(sys.argv[1]).is_cad)",
                                str(WING / "wing.step")], env={**os.environ, "PYTHONPATH": str(package.parent)},

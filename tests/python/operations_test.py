@@ -79,6 +79,15 @@ class AsTheCommandLine(ModuleTest):
                                     "--layer-height", "0.5mm"))
         self.assertEqual((self.folder / "a.xyz").read_bytes(), (self.folder / "b.xyz").read_bytes())
 
+    def test_make_cage(self):
+        report = self.report("cage", WING / "wing.igs", "-o", self.folder / "a.obj")
+        result = pw.make_cage(WING / "wing.igs")
+        self.check_same(result, report)
+        result.cage.write(self.folder / "b.obj")
+        self.assertEqual((self.folder / "a.obj").read_bytes(), (self.folder / "b.obj").read_bytes())
+        self.assertEqual(len(result.layout), 1)
+        self.assertIn("wing", result.layout[0])
+
     def test_errors(self):
         half = self.folder / "half.step"
         half.write_bytes((WING / "wing.step").read_bytes()[:20000])

@@ -8,7 +8,6 @@ import shlex
 import shutil
 import subprocess
 import sys
-import sysconfig
 
 from module import SAMPLES, ModuleTest, main, skip
 
@@ -20,7 +19,7 @@ class RoundTrip(ModuleTest):
         super().setUp()
         prefix = self.folder / "prefix"
         subprocess.run(["cmake", "--install", BUILD, "--prefix", str(prefix)], check=True, stdout=subprocess.DEVNULL)
-        package = prefix / "lib" / f"python{sysconfig.get_python_version()}" / "site-packages"
+        package = next(prefix.rglob("patchwright/__init__.py")).parents[1]
         self.environment = {**os.environ, "CMAKE_PREFIX_PATH": str(prefix), "PYTHONPATH": str(package),
                             "PATH": f"{os.path.dirname(sys.executable)}:{os.environ['PATH']}"}
         self.project = self.folder / "samples" / "round_trip"
@@ -61,6 +60,11 @@ class RoundTrip(ModuleTest):
         for word in shlex.split(text):
             if word.startswith("patchwright/tools/"):
                 self.assertTrue((SAMPLES.parent / word.removeprefix("patchwright/")).exists(), word)
+        import platform
+        if platform.freedesktop_os_release().get("VERSION_CODENAME") == "bookworm":  # as its image
+            self.assertTrue(self.environment["PYTHONPATH"].endswith(
+                yaml.safe_load((self.project / "ci.yml").read_text())["round_trip"]["variables"]["PYTHONPATH"]
+                .removeprefix("$PREFIX")))
         for option in ("PATCHWRIGHT_WITH_PYTHON", "PATCHWRIGHT_BUILD_TESTS"):
             self.assertIn(option, text)
             self.assertIn(f"option({option} ", (SAMPLES.parent / "CMakeLists.txt").read_text())

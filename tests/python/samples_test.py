@@ -1,6 +1,7 @@
 """The examples of samples/python, as users run them, and what they say against what is known otherwise."""
 import importlib.util
 import re
+import shutil
 import subprocess
 import sys
 
@@ -19,6 +20,15 @@ class Samples(ModuleTest):
         done = subprocess.run([sys.executable, *map(str, arguments)], capture_output=True, text=True, cwd=self.folder)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         return done.stdout
+
+    def test_the_document(self):
+        section = (SAMPLES / "README.md").read_text().split("### Python\n")[1].split("\n### ")[0]
+        code = re.search("```python\n(.*?)```", section, re.DOTALL)[1]
+        shutil.copy(SAMPLES / "wing" / "wing.igs", self.folder)
+        (self.folder / "example.py").write_text(code)
+        self.assertIn("met 1e-4: one closed valid solid", self.run_example("example.py"))
+        larger, wing = (pw.inspect(self.folder / f"{n}.step").report["solid"]["volume"] for n in ("larger", "wing"))
+        self.assertAlmostEqual(larger * 25.4**-3 / wing, 1.1**3, places=3)  # mm, and the inches of the input
 
     def test_round_trip(self):
         needs(self, "pytest")

@@ -15,9 +15,9 @@ from ._checks import Event, Floats, Length, Progress
 from .cage import Cage
 from .errors import UsageError
 from .model import Model, ModelLike, as_model
-from .results import Comparison, Conversion, Export, Fit, Grid, Inspection
+from .results import Comparison, Conversion, Export, Fit, Grid, Inspection, MadeCage
 
-__all__ = ["compare", "convert", "export", "fit", "grid", "grid_blocks", "inspect"]
+__all__ = ["compare", "convert", "export", "fit", "grid", "grid_blocks", "inspect", "make_cage"]
 
 _LENGTHS = {"tolerance", "size", "first_cell", "layer_height", "thickness"}
 _NUMBERS = {"time_limit", "target_faces", "max_levels", "samples", "cap_depth", "points", "levels", "coarsen", "layers",
@@ -92,6 +92,18 @@ def fit(model: ModelLike, *, cage: Cage | str | os.PathLike[str] | None = None, 
     report, text, fitted = _core.fit(given._held, None if cage is None else _cage_of(cage), options,
                                      _checks.callback(progress, cancel))
     return Fit(report, text, Cage._of(fitted))
+
+
+def make_cage(model: ModelLike, *, tolerance: Length = "1e-4rel", layout: str = "auto", target_faces: int | None = None,
+              progress: Progress = None, cancel: Event | None = None) -> MadeCage:
+    """A cage whose limit surface is near a model, for a fit, or to be edited first. Raises as convert().
+
+    tolerance: what it is to be fitted to. target_faces: about how many; by default as the shape asks for.
+    """
+    given = as_model(model, progress, cancel)
+    options = _options(tolerance=tolerance, layout=layout, target_faces=target_faces)
+    report, text, cage, recognised = _core.make_cage(given._held, options, _checks.callback(progress, cancel))
+    return MadeCage(report, text, Cage._of(cage), recognised)
 
 
 def export(cage: Cage | str | os.PathLike[str], output: str | os.PathLike[str], *, tolerance: Length = "1e-4rel",

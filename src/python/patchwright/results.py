@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Optional
 from . import _checks
 from .cage import Cage
 
-__all__ = ["Comparison", "Condition", "Conversion", "Export", "Fit", "Grid", "Inspection", "Result", "Verdict"]
+__all__ = ["Comparison", "Condition", "Conversion", "Export", "Fit", "Grid", "Inspection", "MadeCage", "Result", "Verdict"]
 
 _MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
 
@@ -130,6 +130,15 @@ class Fit(Result):
     def __init__(self, report: str, text: str, cage: Cage) -> None:
         super().__init__(report, text)
         self.cage = cage
+
+
+class MadeCage(Result):
+    """cage: made from a model, not fitted yet; layout: a line for each body, what it was recognised as."""
+
+    def __init__(self, report: str, text: str, cage: Cage, layout: list[str]) -> None:
+        super().__init__(report, text)
+        self.cage = cage
+        self.layout = layout
 
 
 class Export(Result):
