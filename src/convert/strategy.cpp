@@ -40,6 +40,13 @@ bool misses_shape_only(const Attempt& attempt) {
     return !attempt.verdict.met() && std::all_of(conditions.begin(), conditions.end(), is_shape);
 }
 
+/// The fit has met its own samples, and the check found what lies between them.
+bool misses_between_samples(const Attempt& attempt) {
+    const report::FitFigures& fit = attempt.fit;
+    return !fit.levels.empty() && worst_excess(attempt) <= far_off &&
+           fit.levels[std::size_t(fit.best_level)].largest() <= fit.tolerance;
+}
+
 /// The better one of the attempts with the last one's cage.
 const Attempt& best_of_last_cage(const std::vector<Attempt>& attempts) {
     const Attempt* best = &attempts.back();
@@ -120,8 +127,8 @@ std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
     }
     const Attempt& last = attempts.back();
     if (last.verdict.met() || options.cage) return std::nullopt;
-    if (last.kind == CageKind::Sections && misses_shape_only(last) &&
-        last.plan.fit_share > least_fit_share) {
+    if (last.kind == CageKind::Sections && last.plan.fit_share > least_fit_share &&
+        (misses_shape_only(last) || misses_between_samples(last))) {
         AttemptPlan nearer = last.plan;
         nearer.fit_share *= 0.5;
         return nearer;

@@ -28,7 +28,8 @@ convert::Source solid() {
 /// An attempt of this plan whose distance is so many tolerances, else perfect.
 Attempt attempt(const AttemptPlan& plan, CageKind kind, double tolerances) {
     Attempt a{.plan = plan, .kind = kind, .cage = test::cube(1.0)};
-    a.fit.levels.emplace_back();
+    a.fit.tolerance = tolerance;
+    a.fit.levels.push_back({.max_mm = tolerances * tolerance});
     a.shape.solid = {.solids = 1, .faces = 6, .closed = true, .valid = true, .volume = 1.0};
     a.shape.bodies = 1;
     a.deviation.output_to_input.max = tolerances * tolerance;
@@ -160,6 +161,16 @@ TEST_CASE("a shape that folds within the tolerance is fitted more closely, once"
     CHECK(attempts.back().plan.preserve_parametrisation);
     CHECK(attempts.back().plan.same_cage(attempts.front().plan));
     CHECK_FALSE(next_of(attempts, CageKind::Sections, 0.5).plan.preserve_parametrisation);
+}
+
+TEST_CASE("a fit that is nearer than the check finds it is fitted more closely", "[convert]") {
+    std::vector<Attempt> attempts{
+        attempt(*convert::choose_next({}, made(), diagonal), CageKind::Sections, 1.1)};
+    attempts.back().fit.levels.back().max_mm = 0.9 * tolerance;
+    attempts.push_back(next_of(attempts, CageKind::Sections, 0.6));
+    CHECK(attempts.back().plan.fit_share == 0.5);
+    CHECK(attempts.back().plan.preserve_parametrisation);
+    CHECK(attempts.back().verdict.met());
 }
 
 TEST_CASE("a recognised shape that is far off is none", "[convert]") {

@@ -96,9 +96,13 @@ TEST_CASE("a split cage starts near the limit surface of the coarse one", "[fit]
     REQUIRE(next);
     CHECK(next->local);
     CHECK(next->cage.topology->vertex_count() == 17 * 12);
-    // Parameters run twice as fast in the strip, so some of the surface must be given up.
+    // Lines move within the surface, by less than a quarter of an edge (1.2); across it by what
+    // parameters that run faster in the strip cost.
     for (const mesh::VertexId v : cage.topology->vertices()) {
-        CHECK((subd::limit_position(next->cage, v) - subd::limit_position(cage, v)).norm() < 0.1);
+        const Vec3 from = subd::limit_position(cage, v), to = subd::limit_position(next->cage, v);
+        CHECK((to - from).norm() < 0.3);
+        const Vec3 normal = test::Torus(3.0, 1.0).foot_point(from, std::nullopt).normal;
+        CHECK(std::abs((to - from).dot(normal)) < 0.1);
     }
     // The children of face 5 know how far it was.
     int heirs = 0;

@@ -183,10 +183,10 @@ class LevelLoop {
                                        RefinementScope::Global);
         }
         if (!next) return false;
-        now_ = {
-            .cage = std::move(next->cage),
-            .history = std::move(next->history),
-            .start = {.foot_reach = foot_reach_growth * kept_->figures.largest(), .folded = {}}};
+        now_ = {.cage = std::move(next->cage),
+                .history = std::move(next->history),
+                .start = {.foot_reach = foot_reach_growth * kept_->figures.largest() + next->moved,
+                          .folded = {}}};
         for (const FaceHistory& h : now_.history) now_.start.folded.push_back(h.folded ? 1 : 0);
         now_.figures.local = next->local;
         return true;

@@ -25,7 +25,11 @@ using mesh::VertexId;
 // A step that leaves more than this share of the energy gains little: what goes on slowly is the
 // drift of parameters, and refining gains more. Two such steps end a level.
 constexpr double little_gain_share = 0.85;
+// The same within the tolerance, where nothing is refined and what is delivered is to be fair.
+constexpr double little_finishing_gain_share = 0.97;
 constexpr int max_little_gains = 2;
+// Share of the tolerance at which nothing is left to gain.
+constexpr double finished_share = 0.02;
 // While the bending energy has more weight than this it may hold distances back.
 constexpr double small_fairness = 1e-5;
 // Scale of the tangential regularisation in parts of the tolerance, see Regularisation: enough
@@ -141,7 +145,7 @@ class LevelFitter {
         if (before <= options_.tolerance_mm) return;
         std::vector<Vec3> targets;
         for (std::size_t i = 0; i < near.size(); ++i) {
-            if (near[i].distance > convergence_fraction * options_.tolerance_mm)
+            if (near[i].distance > reverse_target_share * options_.tolerance_mm)
                 targets.push_back(reverse_points_[i]);
         }
         const Points without = points_;
@@ -242,7 +246,7 @@ class LevelFitter {
         int little_gains = 0;
         for (; round_ < rounds; ++round_) {
             poll(0.0);
-            if (now.distances.max < convergence_fraction * options_.tolerance_mm && !is_folded(now))
+            if (now.distances.max < finished_share * options_.tolerance_mm && !is_folded(now))
                 return;
             (now.of_curves ? now.weights.along : now.weights.across) = weights.tangential;
             // Bending has fewer samples a face than the surface, and they count alike.
@@ -267,7 +271,10 @@ class LevelFitter {
             least = std::min(least, is);
             points_ = candidate;
             now = std::move(next);
-            const bool little = is > little_gain_share * was && weights.fairness < small_fairness;
+            const double little_gain = now.distances.max > options_.tolerance_mm
+                                           ? little_gain_share
+                                           : little_finishing_gain_share;
+            const bool little = is > little_gain * was && weights.fairness < small_fairness;
             little_gains = little ? little_gains + 1 : 0;
             weights.after_taken();
             if (little_gains == max_little_gains) return;

@@ -9,9 +9,9 @@
 
 namespace patchwright::fit {
 
-/// Share of the tolerance at which a fit has converged: to go on would cost fairness. The rest is
-/// left for the limit surface between the samples.
-inline constexpr double convergence_fraction = 0.4;
+/// Of the tolerance: points of the reference that are farther off become targets where any are
+/// beyond it, so that the limit surface between the samples has the rest.
+inline constexpr double reverse_target_share = 0.4;
 
 /// Limit points of a control mesh, their targets, and how the residuals count.
 struct Projection {

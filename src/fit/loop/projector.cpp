@@ -162,7 +162,7 @@ void Projector::add_reverse_targets(const Points& points, Projection& p) const {
     const std::vector<measure::NearLimit> near = search_->nearest(points, reverse_targets_);
     // A sample takes the farthest of the points that are nearest to it.
     std::vector<double> distance(std::size_t(p.limit.rows()),
-                                 convergence_fraction * options_.tolerance_mm);
+                                 reverse_target_share * options_.tolerance_mm);
     for (std::size_t k = 0; k < near.size(); ++k) {
         const auto cell = [&](double t) { return std::min(int(t * n), n - 1); };
         const Eigen::Index i =

@@ -1,5 +1,6 @@
 #include "fit/loop/refinement.h"
 
+#include "fit/loop/spacing.h"
 #include "fit/solve/step_operator.h"
 
 #include <patchwright/mesh/chords.h>
@@ -207,9 +208,32 @@ mesh::Cage split_strips(const mesh::Cage& cage, const mesh::ChordSplit& fine,
     return next;
 }
 
+/// How often a face has been halved in u and in v.
+using Halvings = std::array<int, 2>;
+
+std::vector<Halvings> after_split(const mesh::ChordSplit& fine,
+                                  const std::vector<Halvings>& before) {
+    std::vector<Halvings> result;
+    for (const FaceId parent : fine.parents) {
+        const int cuts = fine.cuts[parent.index()];
+        const auto& [u, v] = before[parent.index()];
+        result.push_back({u + (cuts & 1), v + (cuts >> 1)});
+    }
+    return result;
+}
+
+std::vector<int> by_edge(const Topology& t, const std::vector<Halvings>& of_faces) {
+    std::vector<int> result(std::size_t(t.edge_count()), 0);
+    for (const FaceId f : t.faces())
+        for (int i = 0; i < 4; ++i)
+            result[t.edge(t.corners(f)[i]).index()] = of_faces[f.index()][std::size_t(i % 2)];
+    return result;
+}
+
 /// Halves strips at unresolved features until they are about as wide as these.
-void split_at_unresolved(NextLevel& next, std::vector<UnresolvedFeature> features,
-                         const FitOptions& options) {
+/// @param halvings  of the faces, brought up to date
+void split_at_unresolved(NextLevel& next, std::vector<Halvings>& halvings,
+                         std::vector<UnresolvedFeature> features, const FitOptions& options) {
     for (;;) {
         const Topology& t = *next.cage.topology;
         const mesh::Chords chords = mesh::find_chords(t);
@@ -231,6 +255,7 @@ void split_at_unresolved(NextLevel& next, std::vector<UnresolvedFeature> feature
         if (fine.topology->vertex_count() > options.max_vertices) return;
         std::vector<FaceHistory> history;
         for (const FaceId parent : fine.parents) history.push_back(next.history[parent.index()]);
+        halvings = after_split(fine, halvings);
         next.cage = split_strips(next.cage, fine, options.progress);
         next.history = std::move(history);
         pass_on(features, fine);
@@ -275,7 +300,9 @@ std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const Level
                            .local = true};
             std::vector<UnresolvedFeature> features = unresolved_features(cage, error);
             pass_on(features, fine);
-            split_at_unresolved(next, std::move(features), options);
+            auto halvings = after_split(fine, std::vector<Halvings>(cuts.size(), {0, 0}));
+            split_at_unresolved(next, halvings, std::move(features), options);
+            next.moved = grade_spacing(next.cage, by_edge(*next.cage.topology, halvings));
             return next;
         }
     }
