@@ -186,6 +186,23 @@ class QuadTidying {
                });
     }
 
+    /// What is gained at most where a vertex gets so many faces more; exactly, inside surfaces.
+    [[nodiscard]] int most_gained(int v, int faces) const {
+        const int now = polygons_.irregularity(v);
+        if (polygons_.kind(v) != geom::VertexKind::Smooth || polygons_.is_boundary(v)) return now;
+        const int off = int(polygons_.at_vertex(v).size()) + faces - 4;
+        return now - off * off;
+    }
+
+    /// Whether too little is gained even if all bad ones of these quads go.
+    [[nodiscard]] bool gains_too_little(int gained, const std::set<int>& quads) const {
+        if (gained + bad_quad * int(quads.size()) < least_gained_) return true;
+        if (gained >= least_gained_) return false;
+        for (const int q : quads)
+            if (polygons_.quality(q) < least_quad_quality) gained += bad_quad;
+        return gained < least_gained_;
+    }
+
     /// Turns the edge from corner k on by one or two corners of the hexagon around it.
     bool turn(int polygon, std::size_t k, int by, int& gained) {
         const std::vector<int> c = polygons_.corners(polygon);
@@ -203,6 +220,10 @@ class QuadTidying {
         const auto at = [&](int i) { return hexagon[std::size_t((i + by) % 6)]; };
         if (!polygons_.of_edge(at(0), at(3)).empty()) return false;
         const std::set<int> quads{polygon, other};
+        if (gains_too_little(gained + most_gained(a, -1) + most_gained(b, -1) +
+                                 most_gained(at(0), 1) + most_gained(at(3), 1),
+                             quads))
+            return false;
         const State before = state(vertices, quads);
         change(polygon, {at(0), at(1), at(2), at(3)});
         change(other, {at(3), at(4), at(5), at(0)});
@@ -219,6 +240,11 @@ class QuadTidying {
         std::set<int> quads, vertices;
         for (const int v : {gone, kept})
             quads.insert(polygons_.at_vertex(v).begin(), polygons_.at_vertex(v).end());
+        const int more = int(polygons_.at_vertex(gone).size()) - 2;
+        if (gains_too_little(gained + polygons_.irregularity(gone) + most_gained(kept, more) +
+                                 most_gained(c[(k + 1) % 4], -1) + most_gained(c[(k + 3) % 4], -1),
+                             quads))
+            return false;
         for (const int q : quads)
             vertices.insert(polygons_.corners(q).begin(), polygons_.corners(q).end());
         const State before = state(vertices, quads);
