@@ -38,6 +38,14 @@ class Text(CliTest):
         self.assertEqual(shown, "note: 4 faces turned to agree with their neighbours and to look outward\n")
         self.assertRegex(text, r"\d+ % +\d+\.\d s")
 
+    def test_an_error_takes_the_place_of_progress(self):
+        cut = self.path("cut.igs", (WING / "wing.igs").read_text()[:4000])
+        result = subprocess.run([PATCHWRIGHT, "inspect", cut, "--progress"], capture_output=True, timeout=60)
+        text = result.stderr.decode()
+        self.assertEqual(result.returncode, 2)
+        self.assertIn(" % ", text)
+        self.assertRegex("".join(re.split(r"[^\n]*\r\033\[K", text)), r"^patchwright: [^\n]*\n$")
+
 
 class Help(CliTest):
     def test_every_option_is_in_a_group_and_every_command_has_an_example(self):

@@ -109,7 +109,9 @@ Run::Run(const CommonOptions& options, RunFiles files) : options_(options) {
 }
 
 Run::~Run() {
-    if (std::uncaught_exceptions() > 0) failed_run() = {options_.json, std::move(report)};
+    if (std::uncaught_exceptions() == 0) return;
+    if (shows_progress()) write_standard_error(erased_line);
+    failed_run() = {options_.json, std::move(report)};
 }
 
 void write_failure(const report::Failure& failure) noexcept {
