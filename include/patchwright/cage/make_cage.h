@@ -56,7 +56,7 @@ struct CageResult {
 /// edges boundaries; faces carry the names of the model's. A model with no sharp edges gives a
 /// cage without creases.
 /// @throw InvalidArgument when an option is out of range
-/// @throw Cancelled, or what CageOptions::progress throws, when that stops the work
+/// @throw Cancelled or what CageOptions::progress throws, when that stops the work
 /// @throw InputError when the model cannot be triangulated, or with Method::Aligned when no layout
 ///        is found
 CageResult make_cage(const geom::ModelSurface& model, const CageOptions& options = {});

@@ -10,7 +10,7 @@ measure::Verdict assess(const Source& output, const Source& input,
                         const report::DeviationFigures& deviation, double tolerance_mm);
 
 /// What a closer look at a model finds.
-/// @throw Cancelled, TimeLimitReached from the progress callback
+/// @throw Cancelled or TimeLimitReached from the progress callback
 report::DetailFigures inspect_closely(const Source& source, const base::Progress& progress = {});
 
 /// Puts what an attempt reached into a report.

@@ -47,7 +47,7 @@ struct Source {
 
 /// Reads STEP, IGES, BREP, STL or triangles in OBJ.
 /// @throw InputError when the file cannot be read or holds no faces
-/// @throw Cancelled, TimeLimitReached from the progress callback
+/// @throw Cancelled or TimeLimitReached from the progress callback
 Source read_source(const std::filesystem::path& file, const SourceOptions& options = {});
 
 /// What a model holds, as reports tell it.

@@ -41,7 +41,7 @@ struct FieldOptions {
 
 /// From the triangles that the model is searched by (see geom::ModelSurface::pieces), refined.
 /// @param other  may be null
-/// @throw Cancelled, TimeLimitReached from the progress callback
+/// @throw Cancelled or TimeLimitReached from the progress callback
 Field measure_field(const geom::ModelSurface& model, const geom::ModelSurface* other,
                     const FieldOptions& options = {});
 

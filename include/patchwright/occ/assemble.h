@@ -12,7 +12,7 @@ namespace patchwright::occ {
 /// coordinates must be known to that, and the model must be large beside it.
 inline constexpr double largest_coordinate_mm = 1e7, least_diagonal_mm = 1e-2;
 
-/// @throw InputError, with `source` before the message, when these limits are exceeded
+/// @throw InputError with `source` before the message when these limits are exceeded
 void check_size(const geom::Box3& box, const std::string& source);
 
 /// Builds vertices, edges and faces directly, shared as in the patch set, with straight p-curves on

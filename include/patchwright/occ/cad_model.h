@@ -110,7 +110,7 @@ struct ReadResult {
 /// shells become solids, outward oriented.
 /// @throw InputError when the file is missing, not of its format, truncated, names no known unit,
 ///        or holds no faces or some that the kernel cannot transfer
-/// @throw Cancelled, TimeLimitReached from the progress callback
+/// @throw Cancelled or TimeLimitReached from the progress callback
 ReadResult read_cad(const std::filesystem::path& path, const ReadOptions& options = {});
 
 enum class StepSchema { Ap203, Ap214, Ap242 };

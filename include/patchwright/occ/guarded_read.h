@@ -53,7 +53,7 @@ struct ReadLimits {
 /// Waits while another thread reads.
 /// @throw InputError as read_cad(); also when the kernel crashes, recurses without end or exceeds a
 ///        limit, with the entity that it was at where that is known
-/// @throw Cancelled, TimeLimitReached from the progress callback; nothing is being read then
+/// @throw Cancelled or TimeLimitReached from the progress callback; nothing is being read then
 /// @throw std::bad_alloc when this process may have less memory than the limit, and it is used up
 /// @throw std::system_error when the system gives no process or ends it
 ReadResult read_cad_guarded(const std::filesystem::path& path, ReaderProcess& reader,
