@@ -164,7 +164,7 @@ def clicks(result):
         box.setCurrentIndex(box.findText(text))
     yield None
     write("aFile", str(WING))
-    write("tolerance", "1e-4rel")
+    write("tolerance", "2e-5rel")
     click_button("start")
     yield ended
     yield None
