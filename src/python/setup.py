@@ -1,6 +1,7 @@
 """pip install ./src/python: builds the library with CMake and puts the module beside the Python files.
 
-PATCHWRIGHT_BUILD names a build folder of the same sources to take them from, in place of build/python-package.
+PATCHWRIGHT_BUILD names a build folder of the same sources to take them from, in place of build/python-package;
+with PATCHWRIGHT_SHARED the module goes on using the shared library there.
 """
 import os
 import pathlib

@@ -89,6 +89,14 @@ def check_include(path, header, quoted):
         yield f"a public header may include <Eigen/Core>, std and <patchwright/...> only, not '{header}'"
 
 
+def check_visibility(path, text):
+    """Public headers declare what the shared library exports: after the includes, all of it."""
+    namespaces = text.find("\nnamespace ")
+    if namespaces >= 0 and not (text[:namespaces].endswith("\n#pragma GCC visibility push(default)")
+                                and text.endswith("\n#pragma GCC visibility pop\n")):
+        yield f"{path}:1: a public header opens with '#pragma GCC visibility push(default)' before its namespace, ends with '... pop'"
+
+
 def check_includes(root):
     for tree in ("include", "src", "tests", "tools"):
         for file in sorted((root / tree).rglob("*")):
@@ -99,7 +107,10 @@ def check_includes(root):
             if room and room not in ARROWS:
                 yield f"{path}:1: folder '{room}' is no room"
                 continue
-            for number, line in enumerate(file.read_text().splitlines(), 1):
+            text = file.read_text()
+            if tree == "include":
+                yield from check_visibility(path, text)
+            for number, line in enumerate(text.splitlines(), 1):
                 match = INCLUDE.match(line)
                 if match:
                     for reason in check_include(path, match[2], match[1] == '"'):
@@ -176,6 +187,12 @@ class SelfTest(unittest.TestCase):
     def test_public_headers(self):
         for header in ("<Eigen/Dense>", "<fmt/format.h>", "<nlohmann/json.hpp>", '"b.h"', "<unistd.h>"):
             self.check("include/patchwright/geom/a.h", f"#include {header}", "a.h:2: a public header may include")
+
+    def test_visibility(self):
+        self.check("include/patchwright/fit/a.h", "\n#pragma GCC visibility push(default)\nnamespace a {\n}\n#pragma GCC visibility pop")
+        for text in ("\nnamespace a {\n}", "\nnamespace a {\n}\n#pragma GCC visibility pop",
+                     "\n#pragma GCC visibility push(default)\nnamespace a {\n}"):
+            self.check("include/patchwright/fit/a.h", text, "a.h:1: a public header opens with")
 
     def test_unknown_rooms_and_ways_out(self):
         self.check("src/util/a.cpp", "", "folder 'util' is no room")

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <optional>
 
+#pragma GCC visibility push(default)
 namespace patchwright::base {
 
 /// Counts from its construction. Loops do not see it: they call the progress callback that it
@@ -34,3 +35,4 @@ class Budget {
 };
 
 }  // namespace patchwright::base
+#pragma GCC visibility pop

@@ -1,6 +1,7 @@
 // A colour.
 #pragma once
 
+#pragma GCC visibility push(default)
 namespace patchwright::base {
 
 /// sRGB, 0 to 1.
@@ -10,3 +11,4 @@ struct Colour {
 };
 
 }  // namespace patchwright::base
+#pragma GCC visibility pop

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 
+#pragma GCC visibility push(default)
 namespace patchwright::base {
 
 /// Base of all errors thrown on purpose. Anything else that escapes is a bug.
@@ -50,3 +51,4 @@ class Cancelled : public Error {
 };
 
 }  // namespace patchwright::base
+#pragma GCC visibility pop

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#pragma GCC visibility push(default)
 namespace patchwright::base {
 
 /// An index into one kind of element; a default-constructed one names nothing.
@@ -45,3 +46,4 @@ class IdRange {
 };
 
 }  // namespace patchwright::base
+#pragma GCC visibility pop

@@ -1,6 +1,7 @@
 // How much memory there is to work with, and what happens where it is used up.
 #pragma once
 
+#pragma GCC visibility push(default)
 namespace patchwright::base {
 
 /// Bytes that this process may have at most: the machine's memory, or its limit of addresses where
@@ -21,3 +22,4 @@ class MayRunOutOfMemory {
 };
 
 }  // namespace patchwright::base
+#pragma GCC visibility pop

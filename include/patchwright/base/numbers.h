@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <limits>
 
+#pragma GCC visibility push(default)
 namespace patchwright::base {
 
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -12,3 +13,4 @@ inline constexpr double infinity = std::numeric_limits<double>::infinity();
 inline std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace patchwright::base
+#pragma GCC visibility pop

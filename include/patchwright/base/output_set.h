@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::base {
 
 /// Where the path of an output leads, symbolic links followed.
@@ -84,3 +85,4 @@ class OutputSet {
 void abandon_pending_files() noexcept;
 
 }  // namespace patchwright::base
+#pragma GCC visibility pop

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 
+#pragma GCC visibility push(default)
 namespace patchwright::base {
 
 /// Limits all parallel loops of the process to `threads` (0: as many as there are cores).
@@ -20,3 +21,4 @@ void parallel_for(std::size_t count, std::size_t grain,
                   const std::function<void(std::size_t, std::size_t)>& body);
 
 }  // namespace patchwright::base
+#pragma GCC visibility pop

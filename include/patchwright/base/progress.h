@@ -4,6 +4,7 @@
 #include <functional>
 #include <string_view>
 
+#pragma GCC visibility push(default)
 namespace patchwright::base {
 
 /// Called with the name of the running stage and its fraction done in [0, 1]; return false to stop.
@@ -15,3 +16,4 @@ using Progress = std::function<bool(std::string_view stage, double fraction)>;
 void report_progress(const Progress& progress, std::string_view stage, double fraction);
 
 }  // namespace patchwright::base
+#pragma GCC visibility pop

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::base {
 
 /// Seconds by stage, in the order of their first end; a stage that runs again adds up.
@@ -27,3 +28,4 @@ class StageClock {
 };
 
 }  // namespace patchwright::base
+#pragma GCC visibility pop

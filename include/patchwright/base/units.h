@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#pragma GCC visibility push(default)
 namespace patchwright::base {
 
 enum class LengthUnit { Millimetre, Centimetre, Metre, Inch, Foot };
@@ -36,3 +37,4 @@ struct Length {
 Length parse_length(std::string_view text);
 
 }  // namespace patchwright::base
+#pragma GCC visibility pop

@@ -3,9 +3,11 @@
 
 #include <string_view>
 
+#pragma GCC visibility push(default)
 namespace patchwright::base {
 
 /// "major.minor.patch"
 std::string_view version();
 
 }  // namespace patchwright::base
+#pragma GCC visibility pop

@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::cage {
 
 /// For each part of a cage the body that it lies on, or else the whole model. A part lies on a body
@@ -17,3 +18,4 @@ std::vector<const geom::ReferenceSurface*> references_of_parts(
     const geom::ModelSurface& whole);
 
 }  // namespace patchwright::cage
+#pragma GCC visibility pop

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::cage {
 
 enum class Method {
@@ -62,3 +63,4 @@ struct CageResult {
 CageResult make_cage(const geom::ModelSurface& model, const CageOptions& options = {});
 
 }  // namespace patchwright::cage
+#pragma GCC visibility pop

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::convert {
 
 struct ConvertOptions {
@@ -116,3 +117,4 @@ Conversion fit_only(const Source& source, const ConvertOptions& options,
                     const base::Budget& budget = base::Budget());
 
 }  // namespace patchwright::convert
+#pragma GCC visibility pop

@@ -3,6 +3,7 @@
 
 #include <patchwright/convert/convert.h>
 
+#pragma GCC visibility push(default)
 namespace patchwright::convert {
 
 /// Of one model as the output of another: distances, long sharp curves, and what it is by itself.
@@ -20,3 +21,4 @@ void add_attempt(report::RunReport& report, const Attempt& attempt);
 void add_fitted(report::RunReport& report, const Attempt& attempt);
 
 }  // namespace patchwright::convert
+#pragma GCC visibility pop

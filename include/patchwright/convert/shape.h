@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::convert {
 
 /// Colours of the faces that are written.
@@ -94,3 +95,4 @@ void add_deviation(measure::VerdictFigures& figures, const report::DeviationFigu
 void add_fit(measure::VerdictFigures& figures, const report::FitFigures& fit);
 
 }  // namespace patchwright::convert
+#pragma GCC visibility pop

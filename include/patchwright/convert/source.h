@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::convert {
 
 struct SourceOptions {
@@ -54,3 +55,4 @@ Source read_source(const std::filesystem::path& file, const SourceOptions& optio
 report::SolidFigures solid_figures(const std::string& file, const occ::CadModel& model);
 
 }  // namespace patchwright::convert
+#pragma GCC visibility pop

@@ -10,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::fit {
 
 /// A plane through the origin that a half model ends on.
@@ -140,3 +141,4 @@ FitResult fit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
               const FitOptions& options = {});
 
 }  // namespace patchwright::fit
+#pragma GCC visibility pop

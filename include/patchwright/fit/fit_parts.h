@@ -3,6 +3,7 @@
 
 #include <patchwright/fit/fit.h>
 
+#pragma GCC visibility push(default)
 namespace patchwright::fit {
 
 /// One part before and after.
@@ -34,3 +35,4 @@ PartsFit fit_parts(const std::vector<mesh::Cage>& parts,
                    const FitOptions& options, const std::vector<PartFit>& known = {});
 
 }  // namespace patchwright::fit
+#pragma GCC visibility pop

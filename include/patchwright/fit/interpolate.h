@@ -7,6 +7,7 @@
 
 #include <span>
 
+#pragma GCC visibility push(default)
 namespace patchwright::fit {
 
 struct InterpolationOptions {
@@ -37,3 +38,4 @@ InterpolationResult interpolate_vertices(const mesh::Cage& cage, const geom::Poi
                                          const InterpolationOptions& options = {});
 
 }  // namespace patchwright::fit
+#pragma GCC visibility pop

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::geom {
 
 /// Clamped cubic B-spline curve.
@@ -78,3 +79,4 @@ BasisSpan cubic_basis(const std::vector<double>& knots, double t);
 Eigen::Matrix4d bezier_matrix(const std::vector<double>& knots, Eigen::Index span);
 
 }  // namespace patchwright::geom
+#pragma GCC visibility pop

@@ -6,6 +6,7 @@
 #include <array>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::geom {
 
 struct CurveEnds {
@@ -18,3 +19,4 @@ struct CurveEnds {
 CurveEnds curve_ends(const Features& features, double same_mm);
 
 }  // namespace patchwright::geom
+#pragma GCC visibility pop

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::geom {
 
 /// Dihedral deviation from flat above which an edge of CAD faces is sharp: 20 degrees.
@@ -65,3 +66,4 @@ struct ArcRange {
 };
 
 }  // namespace patchwright::geom
+#pragma GCC visibility pop

@@ -5,6 +5,7 @@
 
 #include <array>
 
+#pragma GCC visibility push(default)
 namespace patchwright::geom {
 
 /// Lengths in millimetres.
@@ -27,3 +28,4 @@ struct MeshFigures {
 MeshFigures measure_mesh(const TriangleMesh& mesh, bool of_volume);
 
 }  // namespace patchwright::geom
+#pragma GCC visibility pop

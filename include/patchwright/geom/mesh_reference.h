@@ -6,6 +6,7 @@
 
 #include <memory>
 
+#pragma GCC visibility push(default)
 namespace patchwright::geom {
 
 struct MeshReferenceOptions {
@@ -63,3 +64,4 @@ class MeshReference final : public ModelSurface {
 };
 
 }  // namespace patchwright::geom
+#pragma GCC visibility pop

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::geom {
 
 /// Of a surface at a point.
@@ -78,3 +79,4 @@ struct BodyReference {
 };
 
 }  // namespace patchwright::geom
+#pragma GCC visibility pop

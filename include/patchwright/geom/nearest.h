@@ -5,6 +5,7 @@
 
 #include <array>
 
+#pragma GCC visibility push(default)
 namespace patchwright::geom {
 
 /// Barycentric weights of a triangle's point nearest to `p`; the first corner where the triangle
@@ -12,3 +13,4 @@ namespace patchwright::geom {
 Vec3 nearest_weights(const Vec3& p, const std::array<Vec3, 3>& corner);
 
 }  // namespace patchwright::geom
+#pragma GCC visibility pop

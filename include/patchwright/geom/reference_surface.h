@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::geom {
 
 /// Nearest point of a surface to a query point.
@@ -58,3 +59,4 @@ class ReferenceSurface {
 };
 
 }  // namespace patchwright::geom
+#pragma GCC visibility pop

@@ -6,6 +6,7 @@
 #include <array>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::geom {
 
 /// A side of a triangle that lies on a feature curve.
@@ -26,3 +27,4 @@ struct SurfaceMesh {
 };
 
 }  // namespace patchwright::geom
+#pragma GCC visibility pop

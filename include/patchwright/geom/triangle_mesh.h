@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::geom {
 
 struct TriangleMesh {
@@ -37,3 +38,4 @@ struct MeshRepair {
 MeshRepair make_sound(TriangleMesh& mesh, const std::string& source);
 
 }  // namespace patchwright::geom
+#pragma GCC visibility pop

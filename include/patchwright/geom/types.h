@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <limits>
 
+#pragma GCC visibility push(default)
 namespace patchwright::geom {
 
 using Vec3 = Eigen::Vector3d;
@@ -45,3 +46,4 @@ inline Box3 bounding_box(const Points& points) {
 }
 
 }  // namespace patchwright::geom
+#pragma GCC visibility pop

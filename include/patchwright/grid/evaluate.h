@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::grid {
 
 /// Points of one block, coordinates apart, as most formats want them; those of (i, j, k) are entry
@@ -57,3 +58,4 @@ class BlockEvaluator {
 };
 
 }  // namespace patchwright::grid
+#pragma GCC visibility pop

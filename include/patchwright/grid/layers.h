@@ -6,6 +6,7 @@
 
 #include <memory>
 
+#pragma GCC visibility push(default)
 namespace patchwright::grid {
 
 struct LayerOptions {
@@ -44,3 +45,4 @@ class LayerGrid : public BlockSource {
 };
 
 }  // namespace patchwright::grid
+#pragma GCC visibility pop

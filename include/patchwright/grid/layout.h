@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::grid {
 
 /// What one block covers.
@@ -75,3 +76,4 @@ std::vector<std::vector<EdgePlace>> edge_places(const BlockLayout& layout);
 bool is_crease(const BlockLayout& layout, int edge);
 
 }  // namespace patchwright::grid
+#pragma GCC visibility pop

@@ -7,6 +7,7 @@
 #include <functional>
 #include <optional>
 
+#pragma GCC visibility push(default)
 namespace patchwright::grid {
 
 /// Millimetres that a cell shall be long at a point; positive.
@@ -91,3 +92,4 @@ using LineError =
 Plan refined(const Plan& plan, const LineError& error, double limit, int max_rounds = 8);
 
 }  // namespace patchwright::grid
+#pragma GCC visibility pop

@@ -5,6 +5,7 @@
 
 #include <optional>
 
+#pragma GCC visibility push(default)
 namespace patchwright::grid {
 
 /// A figure over many places: its mean, and the worst one with the place. Indices count from 0.
@@ -74,3 +75,4 @@ class QualityMeter {
 GridQuality measure_quality(const BlockSource& grid);
 
 }  // namespace patchwright::grid
+#pragma GCC visibility pop

@@ -3,6 +3,7 @@
 
 #include <patchwright/grid/evaluate.h>
 
+#pragma GCC visibility push(default)
 namespace patchwright::grid {
 
 /// A surface or a volume grid. Its blocks are those of a layout, with layers k on top of (i, j).
@@ -40,3 +41,4 @@ class SurfaceGrid : public BlockSource {
 };
 
 }  // namespace patchwright::grid
+#pragma GCC visibility pop

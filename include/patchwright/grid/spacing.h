@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::grid {
 
 enum class Law {
@@ -30,3 +31,4 @@ struct EndSizes {
 std::vector<double> fractions(Law law, int cells, const EndSizes& sizes = {});
 
 }  // namespace patchwright::grid
+#pragma GCC visibility pop

@@ -8,6 +8,7 @@
 
 #include <filesystem>
 
+#pragma GCC visibility push(default)
 namespace patchwright::grid {
 
 enum class GridFormat {
@@ -46,3 +47,4 @@ GridQuality write_grid(const BlockSource& grid, const std::filesystem::path& fil
                        const GridWriteOptions& options = {});
 
 }  // namespace patchwright::grid
+#pragma GCC visibility pop

@@ -6,6 +6,7 @@
 #include <patchwright/geom/model_surface.h>
 #include <patchwright/measure/deviation_statistics.h>
 
+#pragma GCC visibility push(default)
 namespace patchwright::measure {
 
 struct DeviationMeasure {
@@ -90,3 +91,4 @@ std::vector<SharpCurveDistance> measure_sharp_curves(const geom::ModelSurface& f
                                                      const base::Progress& progress = {});
 
 }  // namespace patchwright::measure
+#pragma GCC visibility pop

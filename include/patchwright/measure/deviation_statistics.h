@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::measure {
 
 /// A sample far from the other shape.
@@ -71,3 +72,4 @@ Deviation deviation_statistics(const std::vector<DistanceSample>& samples,
                                const DeviationOptions& options = {});
 
 }  // namespace patchwright::measure
+#pragma GCC visibility pop

@@ -3,6 +3,7 @@
 
 #include <patchwright/mesh/cage.h>
 
+#pragma GCC visibility push(default)
 namespace patchwright::measure {
 
 struct Fairness {
@@ -24,3 +25,4 @@ struct Fairness {
 Fairness measure_fairness(const mesh::Cage& cage, int samples = 4);
 
 }  // namespace patchwright::measure
+#pragma GCC visibility pop

@@ -8,6 +8,7 @@
 #include <array>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::measure {
 
 /// Triangles of a model with values at their vertices. Where faces meet, each has vertices of its
@@ -46,3 +47,4 @@ Field measure_field(const geom::ModelSurface& model, const geom::ModelSurface* o
                     const FieldOptions& options = {});
 
 }  // namespace patchwright::measure
+#pragma GCC visibility pop

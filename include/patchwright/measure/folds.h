@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::measure {
 
 struct FoldOptions {
@@ -44,3 +45,4 @@ FoldFigures find_folds(const std::vector<geom::BsplineSurface>& surfaces,
                        const geom::ReferenceSurface& input, const FoldOptions& options);
 
 }  // namespace patchwright::measure
+#pragma GCC visibility pop

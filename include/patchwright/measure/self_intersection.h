@@ -7,6 +7,7 @@
 #include <array>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::measure {
 
 /// A place where a surface meets itself, or two surfaces cross.
@@ -33,3 +34,4 @@ std::vector<SelfIntersection> find_self_intersections(
     const base::Progress& progress = {});
 
 }  // namespace patchwright::measure
+#pragma GCC visibility pop

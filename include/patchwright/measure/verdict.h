@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::measure {
 
 enum class Requirement {
@@ -113,3 +114,4 @@ double excess(const Condition& condition);
 bool better(const Verdict& a, const Verdict& b);
 
 }  // namespace patchwright::measure
+#pragma GCC visibility pop

@@ -7,6 +7,7 @@
 #include <memory>
 #include <string_view>
 
+#pragma GCC visibility push(default)
 namespace patchwright::mesh {
 
 struct Cage {
@@ -63,3 +64,4 @@ struct CageSummary {
 CageSummary summarise(const Topology& topology);
 
 }  // namespace patchwright::mesh
+#pragma GCC visibility pop

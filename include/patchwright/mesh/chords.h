@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::mesh {
 
 /// Edges on opposite sides of a quad belong to one chord.
@@ -42,3 +43,4 @@ ChordSplit split_chords(const Topology& topology, const Chords& chords,
                         const std::vector<char>& chosen);
 
 }  // namespace patchwright::mesh
+#pragma GCC visibility pop

@@ -7,6 +7,7 @@
 #include <istream>
 #include <string>
 
+#pragma GCC visibility push(default)
 namespace patchwright::mesh {
 
 /// Reads `v`, `f` (v, v/vt, v//vn, v/vt/vn; negative indices count back), `g` and `o` (names of the
@@ -24,3 +25,4 @@ BuildResult read_obj(const std::filesystem::path& path);
 std::string obj_text(const Cage& cage);
 
 }  // namespace patchwright::mesh
+#pragma GCC visibility pop

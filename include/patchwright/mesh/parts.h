@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::mesh {
 
 /// The connected components with their tags and groups, in the order of their first vertices;
@@ -17,3 +18,4 @@ std::vector<Cage> connected_parts(const Cage& cage);
 Cage joined(const std::vector<Cage>& parts);
 
 }  // namespace patchwright::mesh
+#pragma GCC visibility pop

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::mesh {
 
 /// By extension: .stl, .obj (any case).
@@ -27,3 +28,4 @@ struct TriangleFile {
 TriangleFile read_triangles(const std::filesystem::path& path, double scale = 1.0);
 
 }  // namespace patchwright::mesh
+#pragma GCC visibility pop

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::mesh {
 
 using VertexId = base::Id<struct VertexTag>;
@@ -194,3 +195,4 @@ CornerId find_corner(const Topology& topology, FaceId f, VertexId v);
 inline constexpr double sharpness_limit = 10.0;
 
 }  // namespace patchwright::mesh
+#pragma GCC visibility pop

@@ -6,6 +6,7 @@
 
 #include <string>
 
+#pragma GCC visibility push(default)
 namespace patchwright::occ {
 
 /// The CAD kernel tells points apart that are 1e-7 mm from each other, whatever the model's size:
@@ -23,3 +24,4 @@ void check_size(const geom::Box3& box, const std::string& source);
 CadModel assemble(const patch::PatchSet& patches);
 
 }  // namespace patchwright::occ
+#pragma GCC visibility pop

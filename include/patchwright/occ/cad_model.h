@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::occ {
 
 enum class FileFormat { Step, Iges, Brep };
@@ -133,3 +134,4 @@ void write_cad(const CadModel& model, const std::filesystem::path& path,
                const WriteOptions& options = {});
 
 }  // namespace patchwright::occ
+#pragma GCC visibility pop

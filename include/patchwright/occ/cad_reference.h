@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::occ {
 
 struct SearchModel;  ///< defined in src/occ only
@@ -85,3 +86,4 @@ std::vector<geom::BodyReference> body_references(const CadModel& model,
                                                  const ReferenceOptions& options = {});
 
 }  // namespace patchwright::occ
+#pragma GCC visibility pop

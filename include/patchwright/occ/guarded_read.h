@@ -8,6 +8,7 @@
 #include <mutex>
 #include <optional>
 
+#pragma GCC visibility push(default)
 namespace patchwright::occ {
 
 /// A copy of this process from before it had threads, or a program, which makes a copy of itself
@@ -60,3 +61,4 @@ ReadResult read_cad_guarded(const std::filesystem::path& path, ReaderProcess& re
                             const ReadOptions& options = {}, const ReadLimits& limits = {});
 
 }  // namespace patchwright::occ
+#pragma GCC visibility pop

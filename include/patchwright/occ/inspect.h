@@ -8,6 +8,7 @@
 #include <map>
 #include <string>
 
+#pragma GCC visibility push(default)
 namespace patchwright::occ {
 
 /// Counts and measures of a model; lengths in millimetres.
@@ -51,3 +52,4 @@ patch::Continuity measure_continuity(const CadModel& model, const geom::Points& 
                                      const ContinuityOptions& options = {});
 
 }  // namespace patchwright::occ
+#pragma GCC visibility pop

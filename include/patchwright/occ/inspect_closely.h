@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::occ {
 
 /// Lengths in millimetres; numbers of faces count from 0.
@@ -60,3 +61,4 @@ std::vector<std::array<int, 2>> overlapping_solids(const CadModel& model,
                                                    const base::Progress& progress = {});
 
 }  // namespace patchwright::occ
+#pragma GCC visibility pop

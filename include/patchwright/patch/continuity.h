@@ -3,6 +3,7 @@
 
 #include <patchwright/geom/types.h>
 
+#pragma GCC visibility push(default)
 namespace patchwright::patch {
 
 /// How neighbouring faces meet along their shared edges, measured on both surfaces.
@@ -21,3 +22,4 @@ struct Continuity {
 };
 
 }  // namespace patchwright::patch
+#pragma GCC visibility pop

@@ -6,6 +6,7 @@
 
 #include <optional>
 
+#pragma GCC visibility push(default)
 namespace patchwright::patch {
 
 /// How patches meet at extraordinary vertices.
@@ -74,3 +75,4 @@ geom::Points crease_midpoints(const PatchSet& patches);
 geom::Points singular_points(const Extraction& extraction);
 
 }  // namespace patchwright::patch
+#pragma GCC visibility pop

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::patch {
 
 enum class EdgeContinuity {
@@ -56,3 +57,4 @@ struct PatchSet {
 };
 
 }  // namespace patchwright::patch
+#pragma GCC visibility pop

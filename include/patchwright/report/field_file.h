@@ -6,6 +6,7 @@
 
 #include <string>
 
+#pragma GCC visibility push(default)
 namespace patchwright::report {
 
 /// VTK's XML for polygons: triangles, then feature lines, in this unit. Point arrays: Normals,
@@ -21,3 +22,4 @@ std::string to_vtp(const measure::Field& field, base::LengthUnit unit);
 std::string to_glb(const measure::Field& field, double scale_mm);
 
 }  // namespace patchwright::report
+#pragma GCC visibility pop

@@ -5,6 +5,7 @@
 
 #include <string>
 
+#pragma GCC visibility push(default)
 namespace patchwright::report {
 
 enum class PictureLayer {
@@ -32,3 +33,4 @@ struct PictureOptions {
 std::string to_png(const measure::Field& field, const PictureOptions& options = {});
 
 }  // namespace patchwright::report
+#pragma GCC visibility pop

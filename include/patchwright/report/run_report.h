@@ -18,6 +18,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::report {
 
 /// The CAD file that went in. Lengths here and below are millimetres; the writers convert.
@@ -164,3 +165,4 @@ enum class TextDetail {
 std::string to_text(const RunReport& report, TextDetail detail = TextDetail::Full);
 
 }  // namespace patchwright::report
+#pragma GCC visibility pop

@@ -6,6 +6,7 @@
 
 #include <array>
 
+#pragma GCC visibility push(default)
 namespace patchwright::subd {
 
 enum class CurveScheme {
@@ -41,3 +42,4 @@ struct CurveMask {
 CurveMask curve_mask(CurveScheme scheme, const Polygon& polygon, double t);
 
 }  // namespace patchwright::subd
+#pragma GCC visibility pop

@@ -8,6 +8,7 @@
 #include <memory>
 #include <span>
 
+#pragma GCC visibility push(default)
 namespace patchwright::subd {
 
 /// A point of the limit surface. A quad has one parameter square, (0,0) at its first vertex, u
@@ -126,3 +127,4 @@ class LimitEvaluator {
 geom::Vec3 limit_position(const mesh::Cage& cage, mesh::VertexId v);
 
 }  // namespace patchwright::subd
+#pragma GCC visibility pop

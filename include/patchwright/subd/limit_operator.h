@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::subd {
 
 /// Parameters at which a face is sampled, in order.
@@ -103,3 +104,4 @@ class LimitOperator {
 };
 
 }  // namespace patchwright::subd
+#pragma GCC visibility pop

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::subd {
 
 /// Moves control points next to the cage's tagged sectors (see mesh::SectorTagInput) so that the
@@ -57,3 +58,4 @@ class CornerSectors {
 };
 
 }  // namespace patchwright::subd
+#pragma GCC visibility pop

@@ -6,6 +6,7 @@
 
 #include <memory>
 
+#pragma GCC visibility push(default)
 namespace patchwright::subd {
 
 /// Vertices of the fine mesh: one a coarse vertex, then one a coarse edge, then one a coarse face,
@@ -27,3 +28,4 @@ Refinement refine(const mesh::Topology& topology);
 mesh::Cage refine(const mesh::Cage& cage, int levels);
 
 }  // namespace patchwright::subd
+#pragma GCC visibility pop

@@ -16,6 +16,7 @@
 #include <unordered_map>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::subd {
 
 class RingExtractor;
@@ -150,3 +151,4 @@ class RingTable {
 };
 
 }  // namespace patchwright::subd
+#pragma GCC visibility pop

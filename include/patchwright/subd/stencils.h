@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace patchwright::subd {
 
 /// A sparse matrix in compressed rows; row i makes the i-th fine point from the coarse points.
@@ -41,3 +42,4 @@ class StencilRow {
 };
 
 }  // namespace patchwright::subd
+#pragma GCC visibility pop

@@ -1,0 +1,79 @@
+"""What `cmake --install` of a build with the shared library gives: its symbols and name, and samples/cpp with CMake and pkg-config.
+
+install_test.py PATCHWRIGHT SAMPLES_DIR PREFIX
+"""
+import functools
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
+from command_line import SAMPLES, CliTest
+from install_page import follow
+
+PREFIX = pathlib.Path(sys.argv[3])
+LIBRARY = next(PREFIX.glob("lib/**/libpatchwright.so"))
+
+
+def output_of(*command, **options):
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=600, **options)
+    if done.returncode != 0:
+        raise AssertionError(f"{command}: exit code {done.returncode}\n{done.stdout}")
+    return done.stdout
+
+
+@functools.cache
+def public_words(room):
+    """All words in the public headers of a room, comments left out."""
+    text = "".join(header.read_text() for header in (PREFIX / "include" / "patchwright" / room).glob("*.h"))
+    return set(re.findall(r"\w+", re.sub(r"//.*", "", text)))
+
+
+class Install(CliTest):
+    def setUp(self):
+        super().setUp()
+        (self.folder / "samples").symlink_to(SAMPLES.resolve())
+        self.environment = {**os.environ, "CMAKE_PREFIX_PATH": str(PREFIX), "CMAKE_GENERATOR": "Ninja", "CMAKE_BUILD_PARALLEL_LEVEL": "2",
+                            "PKG_CONFIG_PATH": str(LIBRARY.parent / "pkgconfig"), "LD_LIBRARY_PATH": str(LIBRARY.parent)}
+
+    def run_block(self, text):
+        return output_of("bash", "-euo", "pipefail", "-c", text, cwd=self.folder, env=self.environment) if "apt-get" not in text else ""
+
+    def test_symbols(self):
+        """Only what public headers name is exported: functions and classes in patchwright::ROOM."""
+        names = output_of("nm", "-DC", "--defined-only", LIBRARY).splitlines()
+        self.assertGreater(len(names), 300)
+        for line in names:
+            found = re.search(r"\bpatchwright::(\w+)::(\w+)", line)
+            self.assertTrue(found, line)
+            self.assertIn(found[2], public_words(found[1]), line)
+
+    def test_names(self):
+        version = re.search(r'PACKAGE_VERSION "(\d+\.\d+)\.\d+"', next(PREFIX.glob("lib/**/patchwrightConfigVersion.cmake")).read_text())[1]
+        soname = f"libpatchwright.so.{version}"
+        self.assertIn(f"soname: [{soname}]", output_of("readelf", "-d", LIBRARY))
+        self.assertTrue((LIBRARY.parent / soname).exists())
+        for user in (PREFIX / "bin" / "patchwright", *PREFIX.glob("lib/python*/*/patchwright/_*o*r*")):
+            if user.suffix in ("", ".so"):
+                self.assertIn(f"[{soname}]", output_of("readelf", "-d", user), user)
+        clean = {"PATH": "/usr/bin:/bin"}
+        self.assertIn(version, output_of(PREFIX / "bin" / "patchwright", "--version", env=clean))
+
+    def test_examples_with_cmake(self):
+        follow(self, self.run_block, ["C++ with CMake"])
+
+    def test_example_with_pkg_config(self):
+        follow(self, self.run_block, ["C++ with pkg-config"])
+        self.assertTrue((self.folder / "torus.step").exists())
+
+    def test_add_ons(self):
+        for file in ("freecad/Mod/Patchwright/InitGui.py", "blender/scripts/addons/patchwright_cage/__init__.py",
+                     "man/man1/patchwright.1", "bash-completion/completions/patchwright"):
+            self.assertTrue((PREFIX / "share" / file).exists(), file)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[4:]], verbosity=2)
