@@ -62,6 +62,17 @@ class Install(CliTest):
         clean = {"PATH": "/usr/bin:/bin"}
         self.assertIn(version, output_of(PREFIX / "bin" / "patchwright", "--version", env=clean))
 
+    def test_versions(self):
+        """One version everywhere, and the changelog has a section for it."""
+        version = re.search(r'PACKAGE_VERSION "([\d.]+)"', next(PREFIX.glob("lib/**/patchwrightConfigVersion.cmake")).read_text())[1]
+        told = output_of("pkg-config", "--modversion", "patchwright", env=self.environment)
+        self.assertEqual(told.strip(), version)
+        share = PREFIX / "share"
+        for file, words in (("freecad/Mod/Patchwright/package.xml", f"<version>{version}</version>"),
+                            ("blender/scripts/addons/patchwright_cage/__init__.py", f'"version": ({version.replace(".", ", ")})'),
+                            ("doc/patchwright/changelog.rst", f"\n{version}\n-")):
+            self.assertIn(words, (share / file).read_text())
+
     def test_examples_with_cmake(self):
         follow(self, self.run_block, ["C++ with CMake"])
 
