@@ -82,7 +82,7 @@ class Install(CliTest):
 
     def test_add_ons(self):
         for file in ("freecad/Mod/Patchwright/InitGui.py", "blender/scripts/addons/patchwright_cage/__init__.py",
-                     "man/man1/patchwright.1", "bash-completion/completions/patchwright"):
+                     "man/man1/patchwright.1.gz", "bash-completion/completions/patchwright"):
             self.assertTrue((PREFIX / "share" / file).exists(), file)
 
 
