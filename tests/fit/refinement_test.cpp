@@ -45,6 +45,17 @@ class Ridge final : public geom::ReferenceSurface {
     double height_, steepness_;
 };
 
+/// A flat square whose wrinkles in the middle are lower than any tolerance: only normals show them.
+class Wrinkled final : public geom::ReferenceSurface {
+  public:
+    geom::Box3 bounds() const override { return {Vec3(-1, -1, 0), Vec3(1, 1, 0)}; }
+    geom::FootPoint foot_point(const Vec3& q, const std::optional<Vec3>&) const override {
+        const Vec3 p(std::clamp(q.x(), -1.0, 1.0), std::clamp(q.y(), -1.0, 1.0), 0.0);
+        const Vec3 normal = p.cwiseAbs().maxCoeff() < 0.3 ? Vec3(0.8, 0.0, 0.6) : Vec3::UnitZ();
+        return {p, normal, (q - p).norm(), 0};
+    }
+};
+
 mesh::Cage sheet() {
     // With corners: without them a grid has no tangent plane there, and its largest error.
     mesh::Cage cage = test::grid(5, 4, {.boundary_rule = mesh::BoundaryRule::EdgeAndCorner});
@@ -129,6 +140,15 @@ TEST_CASE("faces that gain nothing from being split are no longer split", "[fit]
         history = next->history;
     }
     CHECK(rounds == 5);
+}
+
+TEST_CASE("folds that finer faces do not open end the fit", "[fit][oracle]") {
+    const auto result = fit::fit(sheet(), Wrinkled(), {.tolerance_mm = 1e-3});
+    CHECK(result.within_tolerance);
+    REQUIRE(result.levels.front().folded > 0);
+    // The first level, and three more that open nothing.
+    CHECK(result.levels.size() == 4);
+    CHECK(result.best_level == 0);
 }
 
 TEST_CASE("strips get as narrow as what their samples do not see", "[fit]") {

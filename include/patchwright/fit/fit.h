@@ -123,7 +123,7 @@ struct FitResult {
 /// points of the reference stay beyond the tolerance, samples near them get them as targets; they
 /// count in FitLevel::largest. Where a step would invert faces their control points take shorter
 /// ones; faces that are folded when a level begins are evened out, and a fit within the tolerance
-/// goes on where samples are folded. At corners of three or four quads what would make the limit
+/// goes on while that opens folds. At corners of three or four quads what would make the limit
 /// surface run over a crease is kept out (see subd::CornerSectors).
 /// Crease and boundary control points are solved first, for their own curves, and then held;
 /// creases follow smooth edges of the reference where no sharp ones are as near and these are not

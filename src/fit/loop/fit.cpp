@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -78,24 +79,35 @@ constexpr double foot_reach_growth = 10.0;
 // Where strips of different width meet, bending energy would move more than it makes fair.
 constexpr double local_fairness = 1e-2;
 
+/// Folded samples a face, which cuts leave as it is where the same part stays folded; infinite for
+/// levels beyond the tolerance, which folds are not looked for in.
+double folded_share(const FitLevel& level, double tolerance) {
+    if (level.largest() > tolerance) return std::numeric_limits<double>::infinity();
+    return double(level.folded) / double(level.faces);
+}
+
 /// Whether the last three levels have gained less than a twentieth of the largest distance and less
-/// than a seventh of the mean one. Chosen on the samples, where nothing was gained after that: what
-/// is left is not for want of control points.
-bool is_stuck(const std::vector<FitLevel>& levels) {
+/// than a seventh of the mean one; once a level is within the tolerance, less than a seventh of
+/// what is folded. Chosen on the samples, where nothing was gained after that: what is left is not
+/// for want of control points.
+bool is_stuck(const std::vector<FitLevel>& levels, double tolerance) {
     constexpr std::ptrdiff_t last = 3;
-    constexpr double max_ratio = 0.95, max_mean_ratio = 0.85;
+    constexpr double max_ratio = 0.95, max_mean_ratio = 0.85, max_folded_ratio = 0.85;
     if (static_cast<std::ptrdiff_t>(levels.size()) <= last) return false;
     const auto least = [&](auto begin, auto end, const auto& figure) {
         double result = figure(*begin);
         for (; begin != end; ++begin) result = std::min(result, figure(*begin));
         return result;
     };
-    const auto nearer = [&](const auto& figure, double share) {
+    const auto is_less = [&](const auto& figure, double share) {
         return least(levels.end() - last, levels.end(), figure) <
                share * least(levels.begin(), levels.end() - last, figure);
     };
-    return !nearer([](const FitLevel& l) { return l.largest(); }, max_ratio) &&
-           !nearer([](const FitLevel& l) { return l.rms_mm; }, max_mean_ratio);
+    const auto folded = [&](const FitLevel& l) { return folded_share(l, tolerance); };
+    if (std::isfinite(least(levels.begin(), levels.end(), folded)))
+        return !is_less(folded, max_folded_ratio);
+    return !is_less([](const FitLevel& l) { return l.largest(); }, max_ratio) &&
+           !is_less([](const FitLevel& l) { return l.rms_mm; }, max_mean_ratio);
 }
 
 /// Fits level after level to a reference that faces as the cage does.
@@ -165,7 +177,8 @@ class LevelLoop {
     [[nodiscard]] bool may_go_on() const {
         const auto levels = static_cast<int>(result_.levels.size());
         return (!result_.within_tolerance || least_folded_ > 0) && levels <= options_.max_levels &&
-               levels <= result_.best_level + options_.max_idle_levels && !is_stuck(result_.levels);
+               levels <= result_.best_level + options_.max_idle_levels &&
+               !is_stuck(result_.levels, options_.tolerance_mm);
     }
 
     /// Prepares the next level; false where there is none.
