@@ -38,25 +38,25 @@ namespace {
 constexpr double gap_mm = 2e-4 * 25.4;
 const std::vector<double> span_stations{0, 0.15, 0.35, 0.55, 0.75, 0.9, 1};
 
-Surface make_skin() {
+Surface make_skin(const WingShape& shape) {
     constexpr int side = 16;
     std::vector<double> s;
     for (int i = -side; i <= side; ++i) s.push_back(double(i) / side);
     std::vector<std::vector<gp_Pnt>> sections;
     for (double eta : span_stations) {
         sections.emplace_back();
-        for (double si : s) sections.back().push_back(skin_point(si, eta));
+        for (double si : s) sections.back().push_back(skin_point(si, eta, shape));
     }
     return loft(sections, s, span_stations);
 }
 
 /// The rounded tip; one point at the nose.
-Surface make_cap(const Curve& upper, const Curve& lower) {
+Surface make_cap(const Curve& upper, const Curve& lower, const WingShape& shape) {
     const double nose = upper->Pole(1).X();
     const double chord = upper->Pole(upper->NbPoles()).X() - nose;
     return rounded_cap(upper, lower, [&](const gp_XYZ& centre, const gp_XYZ& half) {
         const double fraction = std::clamp((centre.X() - nose) / chord, 0.0, 1.0);
-        return span_direction(fraction).XYZ() * (cap_aspect * half.Z());
+        return span_direction(fraction, shape).XYZ() * (cap_aspect * half.Z());
     });
 }
 
@@ -71,8 +71,8 @@ struct WingFaces {
     std::vector<TopoDS_Face> planar;
 };
 
-WingFaces make_wing() {
-    const Surface skin = make_skin();
+WingFaces make_wing(const WingShape& shape = {}) {
+    const Surface skin = make_skin(shape);
     const double kink = 0.35;  // a knot: legacy files are split where the sections were defined
     WingFaces wing;
     for (const auto& [v0, v1] : {std::pair{0.0, kink}, std::pair{kink, 1.0}}) {
@@ -85,7 +85,7 @@ WingFaces make_wing() {
     const auto upper_tip = as_spline(part(skin, 0, 1, kink, 1)->VIso(1));
     const auto lower_tip = as_spline(part(skin, -1, 0, kink, 1)->VIso(1));
     lower_tip->Reverse();  // nose to trailing edge, like the upper one
-    const auto cap = make_cap(upper_tip, lower_tip);
+    const auto cap = make_cap(upper_tip, lower_tip, shape);
     wing.free_form.push_back(cap);
     wing.planar.push_back(
         planar_face({as_spline(cap->UIso(1)), line(lower_tip->EndPoint(), upper_tip->EndPoint())}));
@@ -119,7 +119,8 @@ std::vector<TopoDS_Face> legacy_faces(const WingFaces& wing) {
         for (int i = 1; i <= moved->NbUPoles(); ++i) {
             for (int j = 1; j <= moved->NbVPoles(); ++j) {
                 const gp_XYZ p = moved->Pole(i, j).XYZ();
-                moved->SetPole(i, j, p + (shift + stretch * (p.Y() / span_mm)) * gap_mm);
+                moved->SetPole(i, j,
+                               p + (shift + stretch * (p.Y() / WingShape().span_mm)) * gap_mm);
             }
         }
         if (faces.size() % 3 == 1) moved->UReverse();
@@ -133,16 +134,53 @@ std::vector<TopoDS_Face> legacy_faces(const WingFaces& wing) {
     return faces;
 }
 
+/// What words like bend=50 change.
+/// @throw runtime_error when a word is none of these
+WingShape variant(const std::vector<std::string>& words) {
+    WingShape shape;
+    for (const std::string& word : words) {
+        const auto mark = word.find('=');
+        const std::string name = word.substr(0, mark);
+        const double value = mark == std::string::npos ? NAN : std::stod(word.substr(mark + 1));
+        if (std::isnan(value)) throw std::runtime_error(word + ": is not NAME=NUMBER");
+        if (name == "bend")
+            shape.tip_bend_mm = value;
+        else if (name == "twist")
+            shape.tip_twist_deg = value;
+        else if (name == "thickness")
+            shape.thickness *= value;
+        else if (name == "sweep")
+            shape.sweep *= value;
+        else if (name == "span")
+            shape.span_mm *= value;
+        else
+            throw std::runtime_error(name + ": none of bend, twist, thickness, sweep, span");
+    }
+    return shape;
+}
+
+void write_variant(const std::filesystem::path& file, const WingShape& shape) {
+    cad_files::write_step(sewn_solid(all_faces(make_wing(shape))), file,
+                          {file.filename().string(), "sample wing", "make_sample_wing"});
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 2) {
-        std::fprintf(stderr, "usage: make_sample_wing FOLDER\n");
+    if (argc < 2) {
+        std::fprintf(stderr,
+                     "usage: make_sample_wing FOLDER\n"
+                     "       make_sample_wing FILE.step [bend=MM] [twist=DEGREES] "
+                     "[thickness=FACTOR] [sweep=FACTOR] [span=FACTOR]\n");
         return 1;
     }
     try {
         cad_files::silence_kernel();
         const std::filesystem::path folder = argv[1];
+        if (folder.extension() == ".step") {
+            write_variant(folder, variant({argv + 2, argv + argc}));
+            return 0;
+        }
         std::filesystem::create_directories(folder);
         const WingFaces wing = make_wing();
         const TopoDS_Solid solid = sewn_solid(all_faces(wing));

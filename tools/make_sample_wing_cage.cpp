@@ -120,12 +120,12 @@ void write_creases(std::ostream& out, const Numbering& number) {
 
 }  // namespace
 
-gp_Pnt skin_point(double s, double eta) {
+gp_Pnt skin_point(double s, double eta, const WingShape& shape) {
     const double chord = mix(1000, 450, eta);
     const double camber = mix(0.02, 0.01, eta);
-    const double thickness = mix(0.12, 0.10, eta);
-    const double blunt = mix(0.004, 0.004, eta);
-    const double twist = mix(2, -1.5, eta) * M_PI / 180;
+    const double thickness = shape.thickness * mix(0.12, 0.10, eta);
+    const double blunt = shape.thickness * mix(0.004, 0.004, eta);
+    const double twist = (mix(2, -1.5, eta) + shape.tip_twist_deg * eta) * M_PI / 180;
 
     const double x = s * s;
     const double r = std::abs(s);
@@ -140,15 +140,16 @@ gp_Pnt skin_point(double s, double eta) {
     const double cx = x - side * half * std::sin(slope) - 0.25;  // about the quarter chord
     const double cz = line + side * half * std::cos(slope);
 
-    const double y = span_mm * eta;
-    return {250 + 0.36 * y + chord * (cx * std::cos(twist) + cz * std::sin(twist)), y,
-            0.06 * y + chord * (cz * std::cos(twist) - cx * std::sin(twist))};
+    const double y = shape.span_mm * eta;
+    return {250 + shape.sweep * y + chord * (cx * std::cos(twist) + cz * std::sin(twist)), y,
+            0.06 * y + shape.tip_bend_mm * eta * eta +
+                chord * (cz * std::cos(twist) - cx * std::sin(twist))};
 }
 
-gp_Vec span_direction(double chord_fraction) {
+gp_Vec span_direction(double chord_fraction, const WingShape& shape) {
     const double s = std::sqrt(chord_fraction);
     const auto middle = [&](double eta) {
-        return (skin_point(s, eta).XYZ() + skin_point(-s, eta).XYZ()) / 2;
+        return (skin_point(s, eta, shape).XYZ() + skin_point(-s, eta, shape).XYZ()) / 2;
     };
     const gp_Vec d(middle(1) - middle(0.99));
     return d / d.Y();

@@ -1,3 +1,5 @@
+#include "convert/earlier_state.h"
+
 #include <patchwright/base/error.h>
 #include <patchwright/base/memory.h>
 #include <patchwright/base/stage_clock.h>
@@ -87,11 +89,22 @@ class AttemptRunner {
         return attempt;
     }
 
+    /// Of the patches of what was fitted only.
+    void find_folds(Attempt& attempt, measure::VerdictFigures& figures) {
+        attempt.folds = folds_of(make_shape(attempt.fitted, options_.shape, shape_tolerance()));
+        const auto& fold = attempt.folds.worst;
+        figures.fold_rad = fold ? measure::Worst{fold->angle_rad, fold->point} : measure::Worst{};
+        clock.end("check");
+    }
+
     Conversion result;
     base::StageClock clock;
 
   private:
     [[nodiscard]] const geom::ModelSurface& surface() const { return source_.surface(); }
+    [[nodiscard]] ShapeTolerance shape_tolerance() const {
+        return {caps_share * options_.tolerance_mm, options_.tolerance_mm};
+    }
     [[nodiscard]] double diagonal() const { return surface().bounds().diagonal(); }
     /// From the second attempt on its number goes before the stage.
     [[nodiscard]] base::Progress told(base::Progress progress) const {
@@ -143,20 +156,29 @@ class AttemptRunner {
         if (attempt.kind != CageKind::Given) fitting.max_idle_levels = idle_levels;
         std::optional<fit::FitResult> of_parts;
         if (attempt.kind != CageKind::Given) of_parts = fit_by_parts(attempt.cage, fitting);
-        fit::FitResult fitted =
-            of_parts ? std::move(*of_parts) : fit::fit(attempt.cage, surface(), fitting);
+        fit::FitResult fitted = of_parts         ? std::move(*of_parts)
+                                : options_.refit ? refitted(attempt, fitting)
+                                                 : fit::fit(attempt.cage, surface(), fitting);
         if (fitted.faces_away)
             notice(
                 "the cage faces the other way than the model; it was fitted so, and so does the "
                 "result (reverse the order of the vertices of its faces to turn it)");
         attempt.stopped_by_time_limit = fitted.stopped_by_time_limit;
-        attempt.fit = {.tolerance = options_.tolerance_mm,
+        attempt.fit = {.carried = std::move(attempt.fit.carried),
+                       .tolerance = options_.tolerance_mm,
                        .best_level = fitted.best_level,
                        .symmetry_axis = fitted.symmetry_axis,
                        .before = measure::measure_fairness(attempt.cage),
                        .after = measure::measure_fairness(fitted.cage),
                        .levels = std::move(fitted.levels)};
         attempt.fitted = std::move(fitted.cage);
+    }
+
+    [[nodiscard]] fit::FitResult refitted(Attempt& attempt, const fit::FitOptions& fitting) const {
+        check_earlier_state(attempt.cage, source_);
+        fit::RefitResult carried = fit::refit(attempt.cage, surface(), fitting);
+        attempt.fit.carried = std::move(carried.stages);
+        return std::move(carried.fit);
     }
 
     /// Each part of the cage to its own body; nothing where there is one body only, or parts lie on
@@ -195,8 +217,8 @@ class AttemptRunner {
     void make_and_measure(Attempt& attempt, const std::vector<Attempt>& attempts) {
         const base::Progress progress = told(budget_.unlimited());
         const double tolerance = options_.tolerance_mm;
-        const Shape shape = make_shape(attempt.fitted, options_.shape,
-                                       {caps_share * tolerance, tolerance}, &surface());
+        const Shape shape =
+            make_shape(attempt.fitted, options_.shape, shape_tolerance(), &surface());
         for (const std::string& text : shape.notices) notice(text);
         clock.end("patch");
         std::optional<occ::CadModel> written;
@@ -213,12 +235,16 @@ class AttemptRunner {
         attempt.output = std::make_shared<const occ::CadReference>(model);
         attempt.deviation =
             compare(*attempt.output, surface(), options_.samples, tolerance, progress);
-        attempt.folds = measure::find_folds(shape.surfaces, surface(),
-                                            {.tolerance_mm = tolerance,
-                                             .creases = shape.creases,
-                                             .may_face_away = !source_.figures.closed,
-                                             .progress = progress});
+        attempt.folds = folds_of(shape);
         clock.end("check");
+    }
+
+    [[nodiscard]] measure::FoldFigures folds_of(const Shape& shape) const {
+        return measure::find_folds(shape.surfaces, surface(),
+                                   {.tolerance_mm = options_.tolerance_mm,
+                                    .creases = shape.creases,
+                                    .may_face_away = !source_.figures.closed,
+                                    .progress = told(budget_.unlimited())});
     }
 
     const Source& source_;
@@ -294,6 +320,7 @@ Conversion fit_only(const Source& source, const ConvertOptions& options,
                                     .diagonal_mm = diagonal,
                                     .stopped_by_time_limit = attempt.stopped_by_time_limit};
     add_fit(figures, attempt.fit);
+    if (options.refit) run.find_folds(attempt, figures);
     attempt.verdict = measure::assess(figures);
     run.result.attempts.push_back(std::move(attempt));
     run.result.kept = 0;

@@ -134,6 +134,10 @@ class SectionWriter {
                 relative(best.curve_max_mm));
         }
         if (f.symmetry_axis) row("symmetry", "plane {} = 0 kept", "xyz"[*f.symmetry_axis]);
+        for (const fit::WarpStage& s : f.carried)
+            row("carried", "{}: {} steps to max {}, rms {}, {:.2f} s",
+                s.cells == 0 ? "affine map" : fmt::format("lattice of {} cells", s.cells), s.steps,
+                length(s.max_mm), length(s.rms_mm), s.seconds);
         row("fairness",
             "curvature variation {:.4g} to {:.4g}, skew {:.3f} to {:.3f}, uneven {:.3f} "
             "to {:.3f}, least angle {:.1f} to {:.1f} degrees",

@@ -136,7 +136,15 @@ class Writer {
                         {"least_angle_deg", fair.least_angle_rad * 180.0 / M_PI},
                         {"uneven_spacing", fair.uneven_spacing}};
         };
+        Json carried = Json::array();
+        for (const fit::WarpStage& s : f.carried)
+            carried.push_back({{"cells", s.cells},
+                               {"steps", s.steps},
+                               {"rms", length(s.rms_mm)},
+                               {"max", length(s.max_mm)},
+                               {"seconds", s.seconds}});
         return {{"tolerance", length(f.tolerance)},
+                {"carried", carried},
                 {"met", report_.verdict && report_.verdict->met()},
                 {"symmetry", f.symmetry_axis ? std::string(1, "xyz"[*f.symmetry_axis]) : "none"},
                 {"levels", levels},

@@ -64,6 +64,8 @@ class Schema(CliTest):
     def test_the_others(self):
         self.valid("cage", WING / "wing.step", "-o", self.path("a.obj"), "--tolerance", "1e-3rel")
         self.valid("fit", WING / "wing.step", "--cage", WING / "wing_cage.obj", "-o", self.path("a.obj"), "--tolerance", "1e-2rel")
+        self.valid("refit", WING / "wing_cage.obj", WING / "wing.step", "-o", self.path("a.obj"), "--cad-out", self.path("a.step"),
+                   "--tolerance", "1e-2rel")
         self.valid("export", CUBE, "-o", self.path("a.step"))
         self.valid("grid", CUBE, "-o", self.path("a.cgns"), "--points", 9, "--layers", 3, "--layer-height", "1e-3rel")
         self.valid("subdivide", CUBE, "-n", 2, "-o", self.path("a.obj"))

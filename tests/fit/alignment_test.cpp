@@ -100,3 +100,25 @@ TEST_CASE("points of a chain keep their side of a narrow path however far it is 
         }
     }
 }
+
+TEST_CASE("points of a chain keep their side however few places the path has near them",
+          "[fit][features]") {
+    const Ribbon ribbon;
+    const double whole = ribbon.features().curves[0].length;
+    // Between the round end and the next place along a straight side lie up to 100 mm.
+    for (const int count : {10, 11, 12, 13, 17, 23, 31, 40}) {
+        const fit::PathAlignment alignment(ribbon, {{0, {0.0, whole}}}, false, std::size_t(count));
+        std::vector<double> arcs;
+        for (int i = 0; i < count; ++i) arcs.push_back(whole * (i + 0.5) / count);
+        for (const double before : {30.0, 20.0, 10.0, 5.0}) arcs.push_back(Ribbon::length - before);
+        std::sort(arcs.begin(), arcs.end());
+        geom::Polyline chain;
+        for (const double s : arcs) chain.push_back(Ribbon::at(s));
+        const auto targets = alignment.targets(chain);
+        double off = 0.0;
+        for (std::size_t i = 0; i < arcs.size(); ++i)
+            off = std::max(off, std::abs(targets[i].arc_length - arcs[i]));
+        INFO(count << " points");
+        CHECK(off <= 1e-6);
+    }
+}

@@ -29,6 +29,7 @@ const std::map<std::string, Described> descriptions{
     {"cage", {"", "CAGE.obj"}},
     {"--output", {"Files", "FILE"}},
     {"--cage", {"Files", "CAGE.obj"}},
+    {"--cad-out", {"Files", "FILE"}},
     {"--cage-out", {"Files", "FITTED.obj"}},
     {"--json", {"Files", "FILE.json"}},
     {"--report", {"Files", "FILE.html"}},
@@ -94,6 +95,9 @@ const std::map<std::string, std::string> examples{
     {"inspect", "  patchwright inspect wing.igs --json -"},
     {"cage", "  patchwright cage wing.step -o cage.obj --target-faces 200"},
     {"fit", "  patchwright fit wing.step --cage cage.obj -o fitted.obj --tolerance 0.1mm"},
+    {"refit",
+     "  patchwright refit fitted.obj bent_wing.step -o bent.obj\n"
+     "  patchwright refit fitted.obj bent_wing.step -o bent.obj --cad-out bent.step"},
     {"export", "  patchwright export fitted.obj -o wing.step --unit m"},
     {"grid",
      "  patchwright grid fitted.obj -o wing.cgns --size 5mm --spacing tanh --first-cell 0.1mm\n"

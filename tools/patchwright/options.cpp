@@ -81,8 +81,24 @@ void add_cage_options(CLI::App& command, CageArguments& options) {
         ->check(number_in(1, most_faces));
 }
 
-void add_fit_options(CLI::App& command, FitArguments& options) {
+namespace {
+
+void add_refinement_options(CLI::App& command, FitArguments& options) {
     using fit::RefinementScope;
+    command
+        .add_option("--max-levels", options.max_levels,
+                    "refinements of the cage at most; by default 12, of made cages 2 to 12")
+        ->check(number_in(0, 20));
+    add_choice<RefinementScope>(
+        command, "--refine", options.refinement,
+        {{"local", RefinementScope::Local}, {"global", RefinementScope::Global}},
+        "where the cage is too coarse: local (strips of quads there are split lengthwise) or "
+        "global (every face in four, as remeshed cages always are)");
+}
+
+}  // namespace
+
+void add_fit_options(CLI::App& command, FitArguments& options, bool refines) {
     using fit::Symmetry;
     command
         .add_option("--tolerance", options.tolerance,
@@ -94,15 +110,7 @@ void add_fit_options(CLI::App& command, FitArguments& options) {
                     "unit of the cage's numbers: mm, cm, m, in, ft")
         ->check(is_unit())
         ->capture_default_str();
-    command
-        .add_option("--max-levels", options.max_levels,
-                    "refinements of the cage at most; by default 12, of made cages 2 to 12")
-        ->check(number_in(0, 20));
-    add_choice<RefinementScope>(
-        command, "--refine", options.refinement,
-        {{"local", RefinementScope::Local}, {"global", RefinementScope::Global}},
-        "where the cage is too coarse: local (strips of quads there are split lengthwise) or "
-        "global (every face in four, as remeshed cages always are)");
+    if (refines) add_refinement_options(command, options);
     add_choice<Symmetry>(command, "--symmetry", options.symmetry,
                          {{"detect", Symmetry::Detect},
                           {"x", Symmetry::X},

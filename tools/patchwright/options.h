@@ -85,7 +85,8 @@ struct FitArguments {
     std::optional<double> time_limit_s;
 };
 
-void add_fit_options(CLI::App& command, FitArguments& options);
+/// @param refines  whether the cage may be refined, and how
+void add_fit_options(CLI::App& command, FitArguments& options, bool refines = true);
 
 /// What conversions and fits of these options do; the shape and the samples stay as they are.
 /// @param cage_file  empty: cages are made from the model

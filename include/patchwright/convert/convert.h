@@ -6,7 +6,7 @@
 #include <patchwright/cage/make_cage.h>
 #include <patchwright/convert/shape.h>
 #include <patchwright/convert/source.h>
-#include <patchwright/fit/fit.h>
+#include <patchwright/fit/refit.h>
 
 #include <memory>
 #include <optional>
@@ -27,6 +27,9 @@ struct ConvertOptions {
     fit::RefinementScope refinement = fit::RefinementScope::Local;
     fit::Symmetry symmetry = fit::Symmetry::Detect;
     std::optional<int> max_levels;  ///< of the fit; none: as the kind of cage asks for
+    /// The cage was fitted to an earlier state of the model: it is carried over to this one and
+    /// keeps its topology, see fit::refit.
+    bool refit = false;
     ShapeOptions shape;
     int samples = 20000;  ///< of the check, each way
 };
@@ -98,7 +101,10 @@ std::optional<std::size_t> choose_best(const std::vector<Attempt>& attempts);
 /// best one to `outputs`, as the file `output`. Missing the tolerance is a verdict, not an error.
 /// Where the budget is not used up, the bytes written do not depend on time or on the number of
 /// threads.
-/// @throw InputError when no cage can be made
+/// @throw InputError when no cage can be made, or the one to be fitted again cannot be of an
+/// earlier
+///        state of the model: it has another size, or borders where the model has none or the
+///        reverse
 /// @throw OutputError when `output` cannot be written
 /// @throw Cancelled when the budget's callback says so
 /// @throw std::bad_alloc when memory is used up before there is a result
@@ -111,7 +117,7 @@ Conversion convert(const Source& source, const std::filesystem::path& output,
                    const ConvertOptions& options, const base::Budget& budget = base::Budget());
 
 /// One cage, given or made, and fitted: the only attempt, without a shape or a file. Its verdict is
-/// on the distances that the fit's own samples see.
+/// on the distances that the fit's own samples see; of refits also on the folds of its patches.
 /// @throw TimeLimitReached when no level of the fit was completed, else as convert()
 Conversion fit_only(const Source& source, const ConvertOptions& options,
                     const base::Budget& budget = base::Budget());

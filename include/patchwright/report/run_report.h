@@ -2,7 +2,7 @@
 #pragma once
 
 #include <patchwright/base/units.h>
-#include <patchwright/fit/fit.h>
+#include <patchwright/fit/refit.h>
 #include <patchwright/grid/quality.h>
 #include <patchwright/measure/deviation_statistics.h>
 #include <patchwright/measure/fairness.h>
@@ -33,6 +33,7 @@ struct InputFigures {
 };
 
 struct FitFigures {
+    std::vector<fit::WarpStage> carried;  ///< of a refit, before it
     double tolerance = 0.0;
     int best_level = 0;                ///< the one that was taken, from 0
     std::optional<int> symmetry_axis;  ///< of the symmetry plane that was kept: 0, 1 or 2

@@ -25,6 +25,14 @@ constexpr double elastic_length_rel = 2.0;
 // A closed chain may have slid along its path by this share of it.
 constexpr double slide_share = 0.25;
 
+/// Of a point from a segment.
+double squared_distance(const Vec3& a, const Vec3& b, const Vec3& q) {
+    const Vec3 along = b - a;
+    const double length = along.squaredNorm();
+    const double share = length > 0.0 ? std::clamp((q - a).dot(along) / length, 0.0, 1.0) : 0.0;
+    return (a + share * along - q).squaredNorm();
+}
+
 }  // namespace
 
 PathAlignment::PathAlignment(const geom::ReferenceSurface& reference, FeaturePath path, bool closed,
@@ -79,14 +87,15 @@ void PathAlignment::add_places(std::size_t k, double step) {
     }
 }
 
-std::vector<std::size_t> PathAlignment::places_of(const geom::Polyline& chain) const {
-    const std::size_t count = places_.size();
-    std::vector<double> least(count, 0.0);  // with the last point at this place or before
-    std::vector<bool> here(count * chain.size(), false);  // that least is at the place itself
+std::vector<std::size_t> PathAlignment::segments_of(const geom::Polyline& chain) const {
+    const std::size_t count = places_.size() - 1;
+    std::vector<double> least(count, 0.0);  // with the last point at this segment or before
+    std::vector<bool> here(count * chain.size(), false);  // that least is at the segment itself
     for (std::size_t i = 0; i < chain.size(); ++i) {
         double before = infinity;
         for (std::size_t j = 0; j < count; ++j) {
-            const double cost = least[j] + (places_[j].point - chain[i]).squaredNorm();
+            const double cost =
+                least[j] + squared_distance(places_[j].point, places_[j + 1].point, chain[i]);
             here[i * count + j] = cost < before;
             least[j] = before = std::min(before, cost);
         }
@@ -172,12 +181,12 @@ std::vector<double> PathAlignment::evened(const std::vector<Hit>& hits,
 }
 
 std::vector<FeaturePoint> PathAlignment::targets(const geom::Polyline& chain) const {
-    const std::vector<std::size_t> places = places_of(chain);
+    const std::vector<std::size_t> segments = segments_of(chain);
     std::vector<Hit> hits;
     for (std::size_t i = 0; i < chain.size(); ++i) {
-        const std::size_t j = places[i];
+        const std::size_t j = segments[i];
         const double from = places_[j > 0 ? j - 1 : j].arc;
-        const double to = places_[std::min(j + 1, places_.size() - 1)].arc;
+        const double to = places_[std::min(j + 2, places_.size() - 1)].arc;
         hits.push_back(nearest_between(from, to, chain[i]));
     }
     const std::vector<double> arcs = evened(hits, chain);

@@ -19,9 +19,9 @@ class PathAlignment {
 
     /// Nearest points of the path under the condition that the later of two points of the chain is
     /// not earlier on the path, with the least sum of squared distances: dynamic programming over
-    /// places along the path, then the nearest point between the places before and after. Far from
-    /// the path, distances along it are kept as well: twice as far as a point is from its own
-    /// target it follows those of its neighbours.
+    /// segments between places along the path, then the nearest point on this one or the next ones.
+    /// Far from the path, distances along it are kept as well: twice as far as a point is from its
+    /// own target it follows those of its neighbours.
     /// @param chain  its points from one end to the other
     [[nodiscard]] std::vector<geom::FeaturePoint> targets(const geom::Polyline& chain) const;
 
@@ -33,8 +33,8 @@ class PathAlignment {
     [[nodiscard]] Place place_at(std::size_t piece, double arc) const;
     /// Those of a piece, in steps of that length or less where it turns.
     void add_places(std::size_t piece, double step);
-    /// The number of a place for each point.
-    [[nodiscard]] std::vector<std::size_t> places_of(const geom::Polyline& chain) const;
+    /// For each point the number of the place that its segment begins at.
+    [[nodiscard]] std::vector<std::size_t> segments_of(const geom::Polyline& chain) const;
     struct Hit {
         geom::FeaturePoint point;
         double arc = 0.0;  ///< along the path

@@ -1,0 +1,33 @@
+#include "convert/earlier_state.h"
+
+#include <patchwright/base/error.h>
+
+#include <fmt/format.h>
+
+namespace patchwright::convert {
+
+namespace {
+
+/// Of the diagonals: models that change by more are another model, or in another unit; the smallest
+/// factor between two units is 2.54.
+constexpr double largest_ratio = 2.0;
+
+}  // namespace
+
+void check_earlier_state(const mesh::Cage& cage, const Source& source) {
+    const double ratio = geom::bounding_box(cage.points).diagonal() / source.input.diagonal;
+    if (!(ratio <= largest_ratio) || ratio * largest_ratio < 1.0)
+        throw base::InputError(fmt::format(
+            "{}: the cage is {:.3g} times as large as the model: it was not fitted to an earlier "
+            "state of it; check its unit and the model's",
+            source.input.file, ratio));
+    const int borders = mesh::summarise(*cage.topology).boundary_edges;
+    if ((borders == 0) == source.figures.closed) return;
+    throw base::InputError(
+        fmt::format("{}: the model is {} and the cage {}: it was not fitted to an earlier state of "
+                    "the model; make a cage with convert or cage",
+                    source.input.file, source.figures.closed ? "closed" : "open",
+                    borders == 0 ? "closed" : fmt::format("has {} border edges", borders)));
+}
+
+}  // namespace patchwright::convert

@@ -1,0 +1,47 @@
+#include "fit/loop/facing.h"
+#include "fit/warp/registration.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/fit/refit.h>
+
+namespace patchwright::fit {
+
+namespace {
+
+/// Cells of the finest lattices that are tried, one after the other.
+constexpr int usual_cells = 8, most_cells = 16;
+
+RefitResult refit_from(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
+                       const FitOptions& options, int cells) {
+    Registration carried = registered(cage, reference, options, cells);
+    RefitResult result;
+    result.stages = std::move(carried.stages);
+    result.carried_mm = (carried.cage.points - cage.points).rowwise().norm().maxCoeff();
+    result.fit = fit(carried.cage, reference, options);
+    return result;
+}
+
+}  // namespace
+
+RefitResult refit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
+                  const FitOptions& given_options) {
+    FitOptions options = given_options;
+    options.max_levels = 0;
+    const bool away = faces_away(cage, reference);
+    const TurnedReference turned(reference);
+    const geom::ReferenceSurface& facing = away ? turned : reference;
+    RefitResult best = refit_from(cage, facing, options, usual_cells);
+    if (!best.fit.within_tolerance && !best.fit.stopped_by_time_limit) {
+        try {
+            RefitResult finer = refit_from(cage, facing, options, most_cells);
+            if (finer.fit.levels.front().largest() < best.fit.levels.front().largest())
+                best = std::move(finer);
+        } catch (const base::TimeLimitReached&) {
+            best.fit.stopped_by_time_limit = true;
+        }
+    }
+    best.fit.faces_away = away;
+    return best;
+}
+
+}  // namespace patchwright::fit
