@@ -164,6 +164,7 @@ class AttemptRunner {
                 "the cage faces the other way than the model; it was fitted so, and so does the "
                 "result (reverse the order of the vertices of its faces to turn it)");
         attempt.stopped_by_time_limit = fitted.stopped_by_time_limit;
+        attempt.keeps_cage = options_.refit;
         attempt.fit = {.carried = std::move(attempt.fit.carried),
                        .tolerance = options_.tolerance_mm,
                        .best_level = fitted.best_level,
@@ -318,7 +319,8 @@ Conversion fit_only(const Source& source, const ConvertOptions& options,
     Attempt attempt = run.fitted(*choose_next({}, options, diagonal));
     measure::VerdictFigures figures{.tolerance_mm = options.tolerance_mm,
                                     .diagonal_mm = diagonal,
-                                    .stopped_by_time_limit = attempt.stopped_by_time_limit};
+                                    .stopped_by_time_limit = attempt.stopped_by_time_limit,
+                                    .keeps_cage = attempt.keeps_cage};
     add_fit(figures, attempt.fit);
     if (options.refit) run.find_folds(attempt, figures);
     attempt.verdict = measure::assess(figures);

@@ -176,6 +176,7 @@ measure::Verdict assess(const Attempt& attempt, const Source& source, double tol
     figures.tolerance_mm = tolerance_mm;
     figures.diagonal_mm = source.input.diagonal;
     figures.stopped_by_time_limit = attempt.stopped_by_time_limit;
+    figures.keeps_cage = attempt.keeps_cage;
     add_deviation(figures, attempt.deviation);
     // The fit looks at more points than the check: what it has found counts too.
     add_fit(figures, attempt.fit);

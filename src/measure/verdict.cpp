@@ -39,27 +39,32 @@ class Assessment {
         distance(Requirement::DistanceToInput, f_.output_to_input_mm);
         distance(Requirement::DistanceFromInput, f_.input_to_output_mm);
         failures(Requirement::SharpCurves, f_.lost_sharp_curves,
-                 "a smaller --tolerance, or a cage with creases along these curves (--cage)");
+                 of_cage("a smaller --tolerance, or a cage with creases along these curves "
+                         "(--cage)"));
         if (f_.free_edges)
             failures(Requirement::Closed, Failures{*f_.free_edges, std::nullopt},
-                     "healing the input, or a closed cage (--cage)");
+                     of_cage("healing the input, or a closed cage (--cage)"));
         if (f_.valid)
             failures(Requirement::Valid, Failures{*f_.valid ? 0 : 1, std::nullopt},
-                     "another cage (--target-faces, --layout, --cage)");
+                     of_cage("another cage (--target-faces, --layout, --cage)"));
         bodies();
         extent();
         angle(Requirement::Folds, f_.fold_rad, fold_limit_rad,
-              "more faces there (--target-faces), or a cage without folds (--cage)");
+              of_cage("more faces there (--target-faces), or a cage without folds (--cage)"));
         angle(Requirement::Kinks, f_.kink_rad, kink_limit_rad,
-              "more faces there (--target-faces), or a crease along this edge (--cage)");
+              of_cage("more faces there (--target-faces), or a crease along this edge (--cage)"));
         failures(Requirement::SelfIntersections, f_.self_intersecting_faces,
-                 "more faces there (--target-faces), or another cage (--cage)");
+                 of_cage("more faces there (--target-faces), or another cage (--cage)"));
         failures(Requirement::GridCells, f_.bad_grid_cells,
                  "smaller cells or thinner layers, or a cage without folds");
         return std::move(conditions_);
     }
 
   private:
+    /// What is to be changed in the cage.
+    [[nodiscard]] std::string of_cage(const char* change) const {
+        return f_.keeps_cage ? "a new cage for this model (convert)" : change;
+    }
     void add(Requirement requirement, Quantity quantity, const Worst& worst, double limit, bool met,
              const std::string& remedy) {
         conditions_.push_back({requirement, quantity, worst.value, limit, met, worst.at,
@@ -69,8 +74,9 @@ class Assessment {
         if (!worst) return;
         const bool met = worst->value <= *f_.tolerance_mm;
         std::string remedy = f_.stopped_by_time_limit ? "a longer --time-limit, or " : "";
-        remedy += fmt::format("--tolerance {:.1g}rel, or a finer cage (--target-faces, --cage)",
-                              1.1 * worst->value / std::max(f_.diagonal_mm, 1e-300));
+        remedy += fmt::format("--tolerance {:.1g}rel, or {}",
+                              1.1 * worst->value / std::max(f_.diagonal_mm, 1e-300),
+                              of_cage("a finer cage (--target-faces, --cage)"));
         add(requirement, Quantity::Length, *worst, *f_.tolerance_mm, met, remedy);
     }
     void failures(Requirement requirement, const std::optional<Failures>& found,
@@ -87,7 +93,7 @@ class Assessment {
         if (f_.bodies && f_.bodies_of_input)
             add(Requirement::Bodies, Quantity::Count, {double(*f_.bodies), std::nullopt},
                 double(*f_.bodies_of_input), *f_.bodies == *f_.bodies_of_input,
-                "a cage with as many parts as the model has bodies (--cage)");
+                of_cage("a cage with as many parts as the model has bodies (--cage)"));
     }
 
     void extent() {

@@ -67,6 +67,7 @@ class Refits(CliTest):
         result = run("refit", self.fitted(), WING / "wing.step", "-o", self.path("b.obj"), "--tolerance", "1e-7rel")
         self.assertEqual(result.returncode, 3, result.stderr)
         self.assertTrue(result.stdout.startswith("MISSED"))
+        self.assertIn("a new cage for this model (convert)", result.stdout)
         self.assertTrue(self.path("b.obj").exists())
 
     def test_refused(self):

@@ -166,6 +166,20 @@ TEST_CASE("the better of two results is valid, misses less, is nearer", "[verdic
     CHECK_FALSE(better(good(), nearer));
 }
 
+TEST_CASE("a refit that misses is told of what refits have", "[verdict]") {
+    VerdictFigures figures = good();
+    figures.keeps_cage = true;
+    figures.output_to_input_mm->value = 1.0;
+    figures.fold_rad->value = 2.0;
+    figures.free_edges = 1;
+    for (const auto& c : measure::assess(figures).conditions) {
+        if (c.met) continue;
+        CHECK(c.remedy.find("convert") != std::string::npos);
+        CHECK(c.remedy.find("--cage") == std::string::npos);
+        CHECK(c.remedy.find("--target-faces") == std::string::npos);
+    }
+}
+
 TEST_CASE("a run that the time limit ended is told to take longer", "[verdict]") {
     VerdictFigures figures = good();
     figures.output_to_input_mm->value = 1.0;

@@ -61,6 +61,7 @@ struct Attempt {
     std::vector<std::string> layout;  ///< one line a body: what it was recognised as
     mesh::Cage fitted;
     bool stopped_by_time_limit = false;  ///< its fit
+    bool keeps_cage = false;             ///< as refits do
     report::FitFigures fit;
     report::PatchFigures patches;
     ShapeFigures shape;

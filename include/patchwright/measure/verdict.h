@@ -76,6 +76,7 @@ struct VerdictFigures {
     std::optional<int> patches;          ///< for the sentence
     bool closed = false;                 ///< for the sentence
     bool stopped_by_time_limit = false;  ///< some remedies are then more time
+    bool keeps_cage = false;             ///< of a refit: the remedy is another command
     bool is_grid = false;                ///< of a grid in place of a shape
 };
 
