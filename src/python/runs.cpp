@@ -174,6 +174,39 @@ py::tuple fit_model(const PyModel& model, const std::optional<PyCage>& given, co
     return py::make_tuple(told[0], told[1], PyCage(done.attempts.front().fitted));
 }
 
+py::tuple refit_model(const PyModel& model, const std::optional<fs::path>& output,
+                      const PyCage& given, const py::dict& named, py::object progress) {
+    const Options options(named);
+    const convert::Source& source = *model.source;
+    refuse_control_mesh(source);
+    if (output) check_output(*output);
+    convert::ConvertOptions refitting = convert_options(options, source, given.checked());
+    refitting.refit = true;
+    refitting.shape.write.unit = source.input.unit;
+    report::RunReport report = report_of(source, options, "refit");
+    Call call(std::move(progress));
+    const base::Budget budget = budget_of(options, call.progress());
+    base::OutputSet outputs;
+    const convert::Conversion done = call.run(source.input.file, [&] {
+        return output ? convert::convert(source, *output, outputs, refitting, budget)
+                      : convert::fit_only(source, refitting, budget);
+    });
+    if (!done.kept) throw base::TimeLimitReached();
+    const convert::Attempt& best = done.attempts[*done.kept];
+    if (output)
+        convert::add_attempt(report, best);
+    else
+        convert::add_fitted(report, best);
+    report.seconds = done.seconds;
+    report.notices.insert(report.notices.end(), done.notices.begin(), done.notices.end());
+    call.run(source.input.file, [&] {
+        outputs.commit();
+        return 0;
+    });
+    const py::tuple told = finish(report);
+    return py::make_tuple(told[0], told[1], PyCage(best.fitted));
+}
+
 py::tuple make_cage(const PyModel& model, const py::dict& named, py::object progress) {
     const Options options(named);
     const convert::Source& source = *model.source;
@@ -285,6 +318,7 @@ py::tuple inspect_model(const PyModel& model, py::object progress) {
 void bind_runs(py::module_& module) {
     module.def("convert", convert_model);
     module.def("fit", fit_model);
+    module.def("refit", refit_model);
     module.def("make_cage", make_cage);
     module.def("export", export_cage);
     module.def("compare", compare_models);

@@ -79,6 +79,22 @@ class AsTheCommandLine(ModuleTest):
                                     "--layer-height", "0.5mm"))
         self.assertEqual((self.folder / "a.xyz").read_bytes(), (self.folder / "b.xyz").read_bytes())
 
+    def test_refit(self):
+        cage, words = WING / "wing_cage.obj", ("--tolerance", "1e-3rel")
+        a, b = self.folder / "a.step", self.folder / "b.step"
+        report = self.report("refit", cage, WING / "wing.step", "-o", self.folder / "a.obj", *words)
+        result = pw.refit(cage, WING / "wing.step", tolerance="1e-3rel")
+        self.assertIsNone(result.output)
+        self.check_same(result, report)
+        result.cage.write(self.folder / "b.obj")
+        self.assertEqual((self.folder / "a.obj").read_bytes(), (self.folder / "b.obj").read_bytes())
+        self.check_same(pw.refit(result.cage, WING / "wing.step", b, tolerance="1e-3rel"),
+                        self.report("refit", self.folder / "a.obj", WING / "wing.step", "-o", self.folder / "c.obj", "--cad-out", a,
+                                    *words))
+        self.assertTrue(b.exists())
+        with self.assertRaises(pw.InputError):
+            pw.refit(SAMPLES / "cages" / "cube.obj", WING / "wing.step")
+
     def test_make_cage(self):
         report = self.report("cage", WING / "wing.igs", "-o", self.folder / "a.obj")
         result = pw.make_cage(WING / "wing.igs")

@@ -15,9 +15,9 @@ from ._checks import Event, Floats, Length, Progress
 from .cage import Cage
 from .errors import UsageError
 from .model import Model, ModelLike, as_model
-from .results import Comparison, Conversion, Export, Fit, Grid, Inspection, MadeCage
+from .results import Comparison, Conversion, Export, Fit, Grid, Inspection, MadeCage, Refit
 
-__all__ = ["compare", "convert", "export", "fit", "grid", "grid_blocks", "inspect", "make_cage"]
+__all__ = ["compare", "convert", "export", "fit", "grid", "grid_blocks", "inspect", "make_cage", "refit"]
 
 _LENGTHS = {"tolerance", "size", "first_cell", "layer_height", "thickness"}
 _NUMBERS = {"time_limit", "target_faces", "max_levels", "samples", "cap_depth", "points", "levels", "coarsen", "layers",
@@ -92,6 +92,21 @@ def fit(model: ModelLike, *, cage: Cage | str | os.PathLike[str] | None = None, 
     report, text, fitted = _core.fit(given._held, None if cage is None else _cage_of(cage), options,
                                      _checks.callback(progress, cancel))
     return Fit(report, text, Cage._of(fitted))
+
+
+def refit(cage: Cage | str | os.PathLike[str], model: ModelLike, output: str | os.PathLike[str] | None = None, *,
+          tolerance: Length = "1e-4rel", time_limit: float | None = None, symmetry: str = "detect",
+          progress: Progress = None, cancel: Event | None = None) -> Refit:
+    """Fits a fitted cage to a model that has changed: vertices, faces, names and tags stay, points are carried along.
+
+    output: CAD of the new limit surface, written and checked as by convert(). Options and errors: convert.
+    """
+    path = None if output is None else _output(output, [model, cage])
+    given = as_model(model, progress, cancel)
+    options = _options(tolerance=tolerance, time_limit=time_limit, symmetry=symmetry)
+    report, text, fitted = _core.refit(given._held, None if path is None else os.fspath(path), _cage_of(cage), options,
+                                       _checks.callback(progress, cancel))
+    return Refit(report, text, path, Cage._of(fitted))
 
 
 def make_cage(model: ModelLike, *, tolerance: Length = "1e-4rel", layout: str = "auto", target_faces: int | None = None,

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple, Optional
 from . import _checks
 from .cage import Cage
 
-__all__ = ["Comparison", "Condition", "Conversion", "Export", "Fit", "Grid", "Inspection", "MadeCage", "Result", "Verdict"]
+__all__ = ["Comparison", "Condition", "Conversion", "Export", "Fit", "Grid", "Inspection", "MadeCage", "Refit", "Result",
+           "Verdict"]
 
 _MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
 
@@ -130,6 +131,14 @@ class Fit(Result):
     def __init__(self, report: str, text: str, cage: Cage) -> None:
         super().__init__(report, text)
         self.cage = cage
+
+
+class Refit(Fit):
+    """cage: the one for the changed model; output: the file that was written, or None."""
+
+    def __init__(self, report: str, text: str, output: pathlib.Path | None, cage: Cage) -> None:
+        super().__init__(report, text, cage)
+        self.output = output
 
 
 class MadeCage(Result):
