@@ -11,6 +11,8 @@
 #include <GProp_GProps.hxx>
 #include <catch2/catch.hpp>
 
+#include <Eigen/Geometry>
+
 using namespace patchwright;
 using geom::Vec3;
 using measure::Deviation;

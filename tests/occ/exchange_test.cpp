@@ -16,6 +16,8 @@
 #include <Interface_Static.hxx>
 #include <STEPControl_Controller.hxx>
 #include <catch2/catch.hpp>
+#include <sched.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -137,6 +139,17 @@ TEST_CASE("schemas are what they say, faces are named, bytes are reproducible", 
         occ::write_cad(model, folder / name);
         CHECK(text_of(folder / name) == text);
     }
+}
+
+TEST_CASE("AP203 is written where the host's name has no address", "[occ]") {
+    // As in containers without a network. Other processes keep the name.
+    if (unshare(CLONE_NEWUTS) != 0 || sethostname("host.invalid", 12) != 0)
+        WARN("the host's name cannot be changed here: tried with the one it has");
+    const Folder folder;
+    occ::write_cad(smooth_cube(), folder / "a.step", {.schema = occ::StepSchema::Ap203});
+    const std::string text = text_of(folder / "a.step");
+    CHECK(text.find("PERSON('unknown'") != std::string::npos);
+    CHECK(text.find("ORGANIZATION('unknown','unspecified'") != std::string::npos);
 }
 
 TEST_CASE("the kernel's global parameters are as before", "[occ]") {

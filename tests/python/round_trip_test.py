@@ -20,7 +20,7 @@ class RoundTrip(ModuleTest):
         prefix = self.folder / "prefix"
         subprocess.run(["cmake", "--install", BUILD, "--prefix", str(prefix)], check=True, stdout=subprocess.DEVNULL)
         package = next(prefix.rglob("patchwright/__init__.py")).parents[1]
-        self.environment = {**os.environ, "CMAKE_PREFIX_PATH": str(prefix), "PYTHONPATH": str(package),
+        self.environment = {**os.environ, "CMAKE_PREFIX_PATH": str(prefix), "PYTHONPATH": str(package), "CMAKE_GENERATOR": "Ninja",
                             "PATH": f"{os.path.dirname(sys.executable)}:{os.environ['PATH']}"}
         self.project = self.folder / "samples" / "round_trip"
         shutil.copytree(SAMPLES / "round_trip", self.project, ignore=shutil.ignore_patterns("__pycache__"))

@@ -17,16 +17,20 @@
 #include <IGESData_GlobalSection.hxx>
 #include <IGESData_IGESModel.hxx>
 #include <Interface_FloatWriter.hxx>
+#include <STEPConstruct_ContextTool.hxx>
+#include <STEPControl_ActorWrite.hxx>
 #include <STEPControl_Writer.hxx>
 #include <StepBasic_CalendarDate.hxx>
 #include <StepBasic_LocalTime.hxx>
 #include <StepBasic_Organization.hxx>
 #include <StepBasic_Person.hxx>
+#include <StepBasic_PersonAndOrganization.hxx>
 #include <StepBasic_Product.hxx>
 #include <StepData_Protocol.hxx>
 #include <StepData_StepModel.hxx>
 #include <StepData_StepWriter.hxx>
 #include <TCollection_HAsciiString.hxx>
+#include <XSControl_Controller.hxx>
 #include <XSControl_WorkSession.hxx>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -37,6 +41,16 @@
 namespace patchwright::occ {
 
 namespace {
+
+/// A private member of the kernel's, which explicit instantiations may name.
+template <STEPConstruct_ContextTool STEPControl_ActorWrite::*Member>
+struct ContextOf {
+    friend STEPConstruct_ContextTool& context_of(STEPControl_ActorWrite& actor) {
+        return actor.*Member;
+    }
+};
+template struct ContextOf<&STEPControl_ActorWrite::myContext>;
+STEPConstruct_ContextTool& context_of(STEPControl_ActorWrite& actor);
 
 using Path = std::filesystem::path;
 
@@ -82,8 +96,29 @@ struct Signature {
     std::string step_time, iges_time;
 };
 
-/// The kernel numbers products by process, and AP203 asks for dates and persons, for which it takes
-/// the clock's and the user's: fixed values, so that equal models give equal bytes.
+Handle(StepBasic_PersonAndOrganization) unknown_author() {
+    const Handle(StepBasic_Person) person = new StepBasic_Person;
+    person->Init(kernel_string("unknown"), Standard_True, kernel_string(""), Standard_False, {},
+                 Standard_False, {}, Standard_False, {}, Standard_False, {});
+    const Handle(StepBasic_Organization) organization = new StepBasic_Organization;
+    organization->Init(Standard_True, kernel_string("unknown"), kernel_string("unspecified"), {});
+    Handle(StepBasic_PersonAndOrganization) both = new StepBasic_PersonAndOrganization;
+    both->Init(person, organization);
+    return both;
+}
+
+/// AP203 asks for a person and an organisation. The kernel would make them of the user's name and
+/// the host's address, and crashes where the host's name has none. It keeps approvals that name
+/// them from one file to the next, so they are the same for all.
+void set_author(STEPControl_Writer& writer) {
+    static const Handle(StepBasic_PersonAndOrganization) author = unknown_author();
+    const auto actor =
+        Handle(STEPControl_ActorWrite)::DownCast(writer.WS()->NormAdaptor()->ActorWrite());
+    context_of(*actor).AP203Context().SetDefaultPersonAndOrganization(author);
+}
+
+/// The kernel numbers products by process, and AP203 asks for dates, for which it takes the
+/// clock's: fixed values, so that equal models give equal bytes.
 void fix_administration(const Handle(StepData_StepModel) & step, const std::string& name) {
     for (int i = 1; i <= step->NbEntities(); ++i) {
         const Handle(Standard_Transient) entity = step->Entity(i);
@@ -100,16 +135,6 @@ void fix_administration(const Handle(StepData_StepModel) & step, const std::stri
             time->SetHourComponent(0);
             time->SetMinuteComponent(0);
             time->SetSecondComponent(0.0);
-        } else if (const auto person = Handle(StepBasic_Person)::DownCast(entity);
-                   !person.IsNull()) {
-            person->SetId(kernel_string("unknown"));
-            person->SetLastName(kernel_string(""));
-            person->SetFirstName(kernel_string(""));
-            person->UnSetMiddleNames();
-        } else if (const auto organization = Handle(StepBasic_Organization)::DownCast(entity);
-                   !organization.IsNull()) {
-            organization->SetId(kernel_string("unknown"));
-            organization->SetName(kernel_string("unspecified"));
         }
     }
 }
@@ -141,6 +166,7 @@ std::string step_file(const CadModel& model, const Path& target, const WriteOpti
     // Without p-curves the kernel's reader misses some of the split sides by 4e-9 of the diagonal.
     session.set("write.surfacecurve.mode", 1);
     STEPControl_Writer writer;
+    set_author(writer);
     if (writer.Transfer(model.impl().shape, STEPControl_AsIs) != IFSelect_RetDone) {
         refuse(target, "translate the model to STEP");
     }
