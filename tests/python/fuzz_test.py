@@ -60,6 +60,8 @@ def good_calls(folder):
                      "continuity": "g1", "patches": "charts", "color": "none", "cap_depth": 3}),
         (pw.fit, {"model": wing, "cage": cage, "tolerance": 1.0, "max_levels": 0, "time_limit": 5.0, "refine": "local",
                   "symmetry": "none"}),
+        (pw.refit, {"cage": SAMPLES / "cages" / "cube.obj", "model": wing, "output": folder / "a.step", "tolerance": 1.0,
+                    "time_limit": 5.0, "symmetry": "none", "progress": None, "cancel": None}),
         (pw.grid, {"cage": cage, "output": folder / "a.xyz", "points": 3, "levels": 0, "spacing": "uniform",
                    "layers": 1, "layer_height": 0.1, "growth": 1.2, "form": "ascii", "clusters": []}),
         (pw.grid_blocks, {"cage": cage, "points": 3, "blocks": "faces", "join": True, "curvature": False}),
