@@ -10,6 +10,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <Eigen/QR>
 #include <algorithm>
 
 using namespace patchwright;
