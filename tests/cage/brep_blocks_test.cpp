@@ -1,6 +1,5 @@
 // Blocks along the faces of models whose CAD is the limit surface of a cage that only the test
 // knows.
-#include "cage/blocks/curve_spread.h"
 #include "cage/blocks/untangle.h"
 #include "shape.h"
 #include "support/cages.h"
@@ -50,8 +49,9 @@ struct Cushion {
     }
 };
 
-/// 120 x 80 x 40 with sharp edges.
-Shape box() {
+}  // namespace
+
+TEST_CASE("a box is laid out in its six faces", "[layout]") {
     mesh::TopologyInput tags;
     for (const auto& face : test::cube_faces)
         for (std::size_t k = 0; k < 4; ++k)
@@ -59,45 +59,7 @@ Shape box() {
                 tags.creases.push_back({face[k], face[(k + 1) % 4], mesh::infinite_sharpness});
     mesh::Cage cage = test::cube(2.0, tags);
     cage.points = cage.points * Eigen::Vector3d(60.0, 40.0, 20.0).asDiagonal();
-    return shape_of(cage);
-}
-
-}  // namespace
-
-TEST_CASE("points are spread over a whole curve, beyond nodes that may move along it", "[layout]") {
-    const Shape shape = box();
-    const geom::FeatureCurve& curve = shape.reference.features().curves[0];
-    const auto along = [&](double share) {
-        return Vec3(curve.start + share * (curve.end - curve.start));
-    };
-    // Three edges on the first half of the curve, one on the second.
-    cage::QuadLayout layout;
-    layout.nodes = {
-        {.point = along(0.0)}, {.point = along(0.5), .curve = 0}, {.point = along(1.0)}};
-    for (int a = 0; a < 2; ++a) {
-        cage::LayoutArc& arc = layout.arcs.emplace_back();
-        arc.start = a;
-        arc.end = a + 1;
-        arc.curve = 0;
-        arc.points = {along(0.5 * a), along(0.5 * a + 0.5)};
-    }
-    std::swap(layout.arcs[1].start, layout.arcs[1].end);
-    std::swap(layout.arcs[1].points.front(), layout.arcs[1].points.back());
-    std::vector<Vec3> points{along(0.0), along(0.5), along(1.0), along(1.0 / 6.0),
-                             along(1.0 / 3.0)};
-    spread_along_curves(layout, {{0, 3, 4, 1}, {2, 1}}, shape.reference, points);
-    const std::array<int, 5> order{0, 3, 4, 1, 2};
-    // Straight within the kernel's tolerance of projection, 1e-7.
-    for (std::size_t k = 0; k < order.size(); ++k)
-        CHECK((points[std::size_t(order[k])] - along(0.25 * double(k))).norm() < 1e-6);
-    // A node that stays keeps its halves apart.
-    layout.nodes[1].curve = -1;
-    spread_along_curves(layout, {{0, 3, 4, 1}, {2, 1}}, shape.reference, points);
-    CHECK((points[4] - along(1.0 / 3.0)).norm() < 1e-6);
-}
-
-TEST_CASE("a box is laid out in its six faces", "[layout]") {
-    const auto made = cage::make_cage(box().reference, {.method = cage::Method::Aligned});
+    const auto made = cage::make_cage(shape_of(cage).reference, {.method = cage::Method::Aligned});
     const mesh::CageSummary summary = mesh::summarise(*made.cage.topology);
     CHECK(made.method == cage::Method::Aligned);
     CHECK(made.cage.topology->is_closed());

@@ -22,9 +22,6 @@ namespace {
 constexpr std::array line_shares{0.1, 0.25, 0.4, 0.5, 0.6, 0.75, 0.9};
 // Steps along each of them.
 constexpr int line_steps = 32;
-// Radians that an edge spans at most, 45 degrees: quads of blocks are skew, as lines run along
-// their sides.
-constexpr double most_rad = 0.25 * M_PI;
 // Fewest edges of an arc that ends where it starts, and of several between the same two nodes:
 // quads on both sides would share two edges.
 constexpr int fewest_of_loop = 4, fewest_of_parallel = 2;
@@ -34,8 +31,7 @@ double density(double bend, double diagonal, const ArcSizes& sizes) {
     const double longest = sizes.largest_rel * diagonal;
     if (!(bend > 0.0)) return 1.0 / longest;
     return std::max(1.0 / longest,
-                    bend / std::min(most_rad, angle_of_edge(sizes.tolerance_rel, diagonal, bend)) *
-                        sizes.fineness);
+                    bend / angle_of_edge(sizes.tolerance_rel, diagonal, bend) * sizes.fineness);
 }
 
 /// Edges that a line is to get that bends evenly.
@@ -50,40 +46,32 @@ double edges_along(const std::vector<Vec3>& points, double diagonal, const ArcSi
     return length * density(turn / length, diagonal, sizes) / sizes.scale;
 }
 
-/// Edges that a line across the surface is to get when all are as short as the places want on
-/// average that the surface bends at along it: the root of the mean square. Where the line bends
-/// within the surface says how a piece was laid flat and nothing of the shape.
-double even_edges_along(const std::vector<geom::FootPoint>& line, double diagonal,
-                        const ArcSizes& sizes) {
+/// Edges that a line is to get when all are as short as the places want on average that it bends
+/// at: the root of the mean square.
+double even_edges_along(const std::vector<Vec3>& points, double diagonal, const ArcSizes& sizes) {
     double length = 0.0, sum = 0.0;
-    for (std::size_t i = 0; i + 1 < line.size(); ++i) {
-        const Vec3 way = line[i + 1].point - line[i].point;
-        const double step = way.norm();
+    for (std::size_t i = 1; i + 1 < points.size(); ++i) {
+        const Vec3 before = points[i] - points[i - 1], way = points[i + 1] - points[i];
+        const double step = 0.5 * (before.norm() + way.norm());
         if (!(step > 0.0)) continue;
-        const double turn = std::abs((line[i + 1].normal - line[i].normal).dot(way)) / step;
         length += step;
-        sum += step * std::pow(density(turn / step, diagonal, sizes), 2.0);
+        sum +=
+            step * std::pow(density(geom::angle_between(before, way) / step, diagonal, sizes), 2.0);
     }
-    // Half a step is missing at both ends.
-    constexpr double whole = line_steps / (line_steps - 1.0);
-    return length > 0.0 ? whole * std::sqrt(length * sum) / sizes.scale : 0.0;
+    return length > 0.0 ? std::sqrt(length * sum) / sizes.scale : 0.0;
 }
 
-/// Points on the model of the line at a share of the way from side 0 of a block to side 2, and of
-/// the one from side 3 to side 1 with `turned`: the middles of equal steps, as normals are not
-/// unique on the sides.
-std::vector<geom::FootPoint> line_through(const QuadLayout& layout, const LayoutBlock& block,
-                                          double share, bool turned,
-                                          const geom::ModelSurface& reference) {
+/// Points of the line at a share of the way from side 0 of a block to side 2, and of the one from
+/// side 3 to side 1 with `turned`.
+std::vector<Vec3> line_through(const QuadLayout& layout, const LayoutBlock& block, double share,
+                               bool turned) {
     const auto corner = [&](int k) { return block.flat[at((k + (turned ? 1 : 0)) % 4)].front(); };
     const Vec2 from = corner(0) + share * (corner(3) - corner(0)),
                to = corner(1) + share * (corner(2) - corner(1));
-    std::vector<geom::FootPoint> line;
-    for (int k = 0; k < line_steps; ++k) {
-        const FlatPiece::SurfacePoint place =
-            layout.pieces[at(block.piece)].at(from + (to - from) * ((k + 0.5) / line_steps));
-        line.push_back(reference.foot_point(place.point, place.normal));
-    }
+    std::vector<Vec3> line;
+    for (int k = 0; k <= line_steps; ++k)
+        line.push_back(
+            layout.pieces[at(block.piece)].at(from + (to - from) * (double(k) / line_steps)).point);
     return line;
 }
 
@@ -118,9 +106,8 @@ void set_wanted(QuadLayout& layout, const geom::ModelSurface& reference, const A
             double edges = 0.0;
             for (const double share : line_shares) {
                 poll();
-                edges = std::max(
-                    edges, even_edges_along(line_through(layout, block, share, turned, reference),
-                                            diagonal, sizes));
+                edges = std::max(edges, even_edges_along(line_through(layout, block, share, turned),
+                                                         diagonal, sizes));
             }
             raise(layout, block, turned ? 1 : 0, edges);
             raise(layout, block, turned ? 3 : 2, edges);

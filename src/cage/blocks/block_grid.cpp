@@ -1,6 +1,5 @@
 #include "cage/blocks/block_grid.h"
 
-#include "cage/blocks/curve_spread.h"
 #include "cage/blocks/line_shares.h"
 #include "cage/blocks/untangle.h"
 
@@ -25,8 +24,7 @@ constexpr double most_folded = 0.04, most_left = 0.01;
 // Rounds in which points are evened out, and their share of the way to their neighbours' middle.
 constexpr int evening_rounds = 12;
 constexpr double evening_share = 0.5;
-// Least sine of a point's angles (24 degrees): evening out is for points with less, and may leave
-// no less where there was more.
+// Least sine of a point's angles (24 degrees) that evening out may leave where there was more.
 constexpr double good_enough = 0.4;
 // A corner with a smaller sine counts as concave (1 degree); one may be, up to 210 degrees: the fit
 // makes that good.
@@ -45,7 +43,6 @@ class Gridder {
         }
         for (std::size_t a = 0; a < layout_.arcs.size(); ++a)
             add_arc(layout_.arcs[a], divisions_.edges[a]);
-        spread_along_curves(layout_, lines_, reference_, blocks_.points);
         for (std::size_t b = 0; b < layout_.blocks.size(); ++b)
             add_block(layout_.blocks[b], divisions_.insertions[b]);
         open_folds();
@@ -258,8 +255,7 @@ class Gridder {
         return least;
     }
 
-    /// Moves points of sharp quads between their neighbours as long as no quad becomes too sharp by
-    /// it. Others keep their graded spacing.
+    /// Moves points between their neighbours as long as no quad becomes too sharp by it.
     void even_out(bool within) {
         std::vector<std::vector<int>> next(blocks_.points.size());
         std::vector<std::vector<std::size_t>> faces(blocks_.points.size());
@@ -289,7 +285,6 @@ class Gridder {
                 if (!freedom_[v].free || !(up[v].norm() > 0.5)) continue;
                 poll_();
                 const double before = worst(v);
-                if (before >= good_enough) continue;
                 const Vec3 old = blocks_.points[v];
                 Vec3 sum = Vec3::Zero();
                 for (const int w : next[v]) sum += blocks_.points[at(w)];

@@ -197,28 +197,26 @@ class Builder {
         if (added) {
             LayoutNode node;
             node.point = mesh_.point(vertex);
-            // Smooth curves lead the layout and bind no points.
-            int hard = 0;
+            int hard = 0, sides = 0;
             std::set<int> curves;
+            bool held = mesh_.is_boundary(vertex);
             for (const int w : mesh_.feature_neighbours(vertex)) {
                 const geom::EdgeSides s = mesh_.sides(vertex, w);
                 const int curve = mesh_.curve(s.triangle[0], s.side[0]);
-                if (is_smooth(curve)) continue;
+                const auto kind = reference_.features().curves[at(curve)].kind;
+                hard += kind != geom::FeatureKind::Smooth ? 1 : 0;
+                held = true;
                 curves.insert(curve);
-                ++hard;
+                ++sides;
             }
-            node.held = hard > 0 || mesh_.is_boundary(vertex) || mesh_.corner(vertex) >= 0;
-            if (curves.size() == 1 && hard == 2 && mesh_.corner(vertex) < 0)
+            node.held = held;
+            if (curves.size() == 1 && sides == 2 && mesh_.corner(vertex) < 0)
                 node.curve = *curves.begin();
             // A crease may end in a smooth surface; three and more make a corner by themselves.
             node.corner = mesh_.corner(vertex) >= 0 && hard != 1;
             layout_.nodes.push_back(node);
         }
         return it->second;
-    }
-
-    [[nodiscard]] bool is_smooth(int curve) const {
-        return reference_.features().curves[at(curve)].kind == geom::FeatureKind::Smooth;
     }
 
     ArcUse arc_from(int vertex, int next) {
@@ -228,7 +226,6 @@ class Builder {
         arc.start = node_of(vertex);
         const geom::EdgeSides s = mesh_.sides(vertex, next);
         arc.curve = mesh_.curve(s.triangle[0], s.side[0]);
-        if (arc.curve >= 0 && is_smooth(arc.curve)) arc.curve = -1;
         arc.crease = arc.curve >= 0 && s.triangle[1] >= 0 &&
                      reference_.features().curves[at(arc.curve)].kind == geom::FeatureKind::Sharp;
         arc.points.push_back(mesh_.point(vertex));
