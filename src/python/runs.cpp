@@ -125,6 +125,12 @@ std::optional<mesh::Cage> cage_of(const std::optional<PyCage>& cage) {
     return cage ? std::optional(cage->checked()) : std::nullopt;
 }
 
+/// Of a run: how long its stages took and what it had to tell.
+void add_course(report::RunReport& report, const convert::Conversion& done) {
+    report.seconds = done.seconds;
+    report.notices.insert(report.notices.end(), done.notices.begin(), done.notices.end());
+}
+
 py::tuple convert_model(const PyModel& model, const fs::path& output,
                         const std::optional<PyCage>& given, const py::dict& named,
                         py::object progress) {
@@ -146,8 +152,7 @@ py::tuple convert_model(const PyModel& model, const fs::path& output,
     if (!done.kept) throw base::TimeLimitReached();
     const convert::Attempt& best = done.attempts[*done.kept];
     convert::add_attempt(report, best);
-    report.seconds = done.seconds;
-    report.notices.insert(report.notices.end(), done.notices.begin(), done.notices.end());
+    add_course(report, done);
     call.run(source.input.file, [&] {
         outputs.commit();
         return 0;
@@ -168,8 +173,7 @@ py::tuple fit_model(const PyModel& model, const std::optional<PyCage>& given, co
     const convert::Conversion done =
         call.run(source.input.file, [&] { return convert::fit_only(source, fitting, budget); });
     convert::add_fitted(report, done.attempts.front());
-    report.seconds = done.seconds;
-    report.notices.insert(report.notices.end(), done.notices.begin(), done.notices.end());
+    add_course(report, done);
     const py::tuple told = finish(report);
     return py::make_tuple(told[0], told[1], PyCage(done.attempts.front().fitted));
 }
@@ -197,8 +201,7 @@ py::tuple refit_model(const PyModel& model, const std::optional<fs::path>& outpu
         convert::add_attempt(report, best);
     else
         convert::add_fitted(report, best);
-    report.seconds = done.seconds;
-    report.notices.insert(report.notices.end(), done.notices.begin(), done.notices.end());
+    add_course(report, done);
     call.run(source.input.file, [&] {
         outputs.commit();
         return 0;

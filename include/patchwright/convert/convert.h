@@ -102,10 +102,8 @@ std::optional<std::size_t> choose_best(const std::vector<Attempt>& attempts);
 /// best one to `outputs`, as the file `output`. Missing the tolerance is a verdict, not an error.
 /// Where the budget is not used up, the bytes written do not depend on time or on the number of
 /// threads.
-/// @throw InputError when no cage can be made, or the one to be fitted again cannot be of an
-/// earlier
-///        state of the model: it has another size, or borders where the model has none or the
-///        reverse
+/// @throw InputError when no cage can be made, or the one to be fitted again is of no earlier state
+///        of the model: it has another size, or borders where the model has none or the reverse
 /// @throw OutputError when `output` cannot be written
 /// @throw Cancelled when the budget's callback says so
 /// @throw std::bad_alloc when memory is used up before there is a result
