@@ -84,6 +84,13 @@ def camera_height():
     return FreeCADGui.ActiveDocument.ActiveView.getCameraNode().height.getValue()
 
 
+def idle():
+    """Waits for what was put off until the window has nothing else to do, as the colours of opened documents: timers of 0 ms, in their order."""
+    passed = []
+    QtCore.QTimer.singleShot(0, lambda: passed.append(True))
+    return lambda: passed
+
+
 def picture(name):
     QtWidgets.QApplication.processEvents()
     image = QtGui.QGuiApplication.primaryScreen().grabWindow(window().winId()).toImage()
@@ -197,7 +204,7 @@ def clicks(result):
     name = fields[1].Name
     FreeCAD.closeDocument(FreeCAD.ActiveDocument.Name)
     FreeCAD.openDocument(str(FOLDER / "wing.FCStd"))
-    yield None
+    yield idle()
     result["colours"] += [colours_shown(FreeCAD.ActiveDocument.getObject(name))]
 
     QtCore.QTimer.singleShot(0, lambda: FreeCADGui.runCommand("Std_DlgPreferences", 0))
