@@ -3,8 +3,8 @@
 #include "geom/disjoint_sets.h"
 #include "occ/exchange/cad_model_impl.h"
 #include "occ/kernel_guard.h"
+#include "occ/kernel_mesh.h"
 
-#include <BRepMesh_IncrementalMesh.hxx>
 #include <BRep_Tool.hxx>
 #include <Poly_PolygonOnTriangulation.hxx>
 #include <Poly_Triangulation.hxx>
@@ -363,8 +363,11 @@ void split_fans(SurfaceMesh& mesh) {
 SurfaceMesh surface_mesh(const CadModel& model, const SearchModel& search, double deflection_mm) {
     return guard_kernel<base::InputError>("triangulating", [&] {
         const SearchableShape copy = make_searchable(model.impl().shape);
-        const BRepMesh_IncrementalMesh mesher(copy.shape, deflection_mm, Standard_False,
-                                              angular_deflection_rad, Standard_True);
+        IMeshTools_Parameters parameters;
+        parameters.Deflection = deflection_mm;
+        parameters.Angle = angular_deflection_rad;
+        parameters.InParallel = Standard_True;
+        mesh_faces(copy.shape, parameters);
         Gluing gluing(copy.shape, search.network);
         int without = 0;
         for (std::size_t i = 0; i < copy.faces.size(); ++i)

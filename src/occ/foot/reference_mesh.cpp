@@ -1,6 +1,7 @@
 #include "occ/foot/reference_mesh.h"
 
 #include "occ/foot/divide_triangles.h"
+#include "occ/kernel_mesh.h"
 #include "occ/kernel_progress.h"
 
 #include <patchwright/base/error.h>
@@ -9,12 +10,10 @@
 
 #include <BRepBuilderAPI_Copy.hxx>
 #include <BRepLib.hxx>
-#include <BRepMesh_IncrementalMesh.hxx>
 #include <BRepTools.hxx>
 #include <BRep_Tool.hxx>
 #include <Geom2d_Curve.hxx>
 #include <Geom_Curve.hxx>
-#include <IMeshTools_Parameters.hxx>
 #include <Poly_PolygonOnTriangulation.hxx>
 #include <Poly_Triangulation.hxx>
 #include <Precision.hxx>
@@ -308,7 +307,7 @@ ReferenceMesh triangulate(const SearchableShape& model, const std::vector<FaceSu
     parameters.Angle = angular_deflection_rad;
     parameters.InParallel = Standard_True;
     const Handle(KernelProgress) polled = new KernelProgress(progress, "reference", 0.1);
-    const BRepMesh_IncrementalMesh mesher(model.shape, parameters, polled->Start());
+    mesh_faces(model.shape, parameters, polled->Start());
     polled->check();
     ReferenceMesh mesh;
     for (std::size_t i = 0; i < model.faces.size(); ++i) {
