@@ -212,33 +212,50 @@ TEST_CASE("a turned edge and an opened one are put right", "[layout][mesh]") {
     CHECK(closed.polygons().corners.size() == std::size_t(n * n));
 }
 
-TEST_CASE("a fan of triangles in a circle becomes quads inside a row of quads", "[layout][mesh]") {
-    constexpr int sides = 6;
-    geom::SurfaceMesh surface;
-    surface.points.resize(sides + 1, 3);
-    surface.points.row(sides) << 0, 0, 0;
-    cage::Polygons polygons;
-    for (int i = 0; i < sides; ++i) {
-        const double angle = 2.0 * M_PI * i / sides;
-        surface.points.row(i) << std::cos(angle), std::sin(angle), 0;
-        const int next = (i + 1) % sides;
-        surface.triangles.push_back({i, next, sides});
-        surface.features.push_back({std::min(i, next), std::max(i, next), 0});
-        polygons.corners.push_back({i, next, sides});
+/// A fan of triangles in a circle, whose first `features` sides are feature edges.
+struct CircleFan {
+    static constexpr int sides = 6;
+
+    explicit CircleFan(int features) {
+        surface.points.resize(sides + 1, 3);
+        surface.points.row(sides) << 0, 0, 0;
+        for (int i = 0; i < sides; ++i) {
+            const double angle = 2.0 * M_PI * i / sides;
+            surface.points.row(i) << std::cos(angle), std::sin(angle), 0;
+            const int next = (i + 1) % sides;
+            surface.triangles.push_back({i, next, sides});
+            if (i < features) surface.features.push_back({std::min(i, next), std::max(i, next), 0});
+            polygons.corners.push_back({i, next, sides});
+        }
+        surface.faces.assign(surface.triangles.size(), 0);
+        surface.corners.assign(sides + 1, -1);
+        polygons.faces.assign(polygons.corners.size(), 0);
     }
-    surface.faces.assign(surface.triangles.size(), 0);
-    surface.corners.assign(sides + 1, -1);
-    polygons.faces.assign(polygons.corners.size(), 0);
-    geom::EditableMesh mesh(surface);
-    cage::PolygonMesh edited(polygons, mesh);
+
+    geom::SurfaceMesh surface;
+    cage::Polygons polygons;
+};
+
+TEST_CASE("a fan of triangles in a circle becomes quads inside a row of quads", "[layout][mesh]") {
+    const CircleFan fan(CircleFan::sides);
+    geom::EditableMesh mesh(fan.surface);
+    cage::PolygonMesh edited(fan.polygons, mesh);
     cage::Poll poll;
     // Quads around the middle would leave every other vertex of the circle with one face.
     CHECK_FALSE(cage::merge_triangles(edited, poll));
     CHECK(cage::add_border_rows(edited));
     CHECK(cage::merge_triangles(edited, poll));
     CHECK(triangles_of(edited.polygons()) == 0);
-    CHECK(edited.polygons().corners.size() == sides + 3);
-    for (int v = 0; v < sides; ++v) CHECK(edited.flaws(v) == 0);
+    CHECK(edited.polygons().corners.size() == CircleFan::sides + 3);
+    for (int v = 0; v < CircleFan::sides; ++v) CHECK(edited.flaws(v) == 0);
+}
+
+TEST_CASE("a region with an open end gets no row of quads along its border", "[layout][mesh]") {
+    const CircleFan fan(CircleFan::sides - 2);
+    geom::EditableMesh mesh(fan.surface);
+    cage::PolygonMesh edited(fan.polygons, mesh);
+    CHECK_FALSE(cage::add_border_rows(edited));
+    CHECK(edited.polygons().corners == fan.polygons.corners);
 }
 
 TEST_CASE("the quality of quads and triangles", "[layout][mesh][oracle]") {

@@ -28,8 +28,10 @@ class BorderRow {
         return 5 * (triangles / 2) > border;
     }
 
-    /// Does nothing where a vertex would have too few faces.
+    /// Does nothing where a vertex would have too few faces, or where the border of the region is
+    /// in part an open end of the model, along which a row would have no end.
     bool add() {
+        if (!is_closed()) return false;
         std::vector<std::pair<int, std::vector<int>>> before;
         std::vector<std::vector<int>> row;
         std::vector<int> vertices;
@@ -66,6 +68,17 @@ class BorderRow {
     }
 
   private:
+    [[nodiscard]] bool is_closed() const {
+        std::map<int, int> begins_less_ends;
+        for (const int polygon : region_)
+            for_each_border_edge(polygon, [&](int a, int b) {
+                ++begins_less_ends[a];
+                --begins_less_ends[b];
+            });
+        return std::all_of(begins_less_ends.begin(), begins_less_ends.end(),
+                           [](const auto& vertex) { return vertex.second == 0; });
+    }
+
     template <class Visit>
     void for_each_border_edge(int polygon, const Visit& visit) const {
         const auto& c = polygons_.corners(polygon);
