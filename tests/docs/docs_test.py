@@ -116,7 +116,7 @@ class Guide(CliTest):
 
     def test_options(self):
         """Options that the text names, apart from commands, are those of the program."""
-        known = {option for name in ("convert", "compare", "inspect", "grid", "export", "fit", "cage")
+        known = {option for name in ("convert", "compare", "inspect", "grid", "export", "fit", "cage", "eval")
                  for option in re.findall(r"--[\w-]+", subprocess.run([PATCHWRIGHT, "help", name], capture_output=True, text=True).stdout)}
         for page in DOCS.rglob("*.rst"):
             for option in re.findall(r"``(--[\w-]+)", page.read_text()):

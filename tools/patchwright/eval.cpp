@@ -1,4 +1,5 @@
 #include "command.h"
+#include "eval_files.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/subd/limit_mask.h>
@@ -18,6 +19,7 @@ struct EvalOptions {
     CommonOptions common;
     std::string cage;
     std::vector<std::string> at;
+    EvalFiles files;
 };
 
 /// "FACE,U,V" or "FACE,U,V,SECTOR".
@@ -101,19 +103,43 @@ std::string to_text(const nlohmann::ordered_json& json) {
     return text + "\n";
 }
 
+void check_options(const EvalOptions& options) {
+    if (options.at.empty() && options.files.at_file.empty())
+        throw base::UsageError("no places; use --at or --at-file");
+    if (options.at.empty() && options.files.output.empty() && options.files.jacobian.empty() &&
+        options.files.adjoint.empty())
+        throw base::UsageError("nothing to write; use --output, --jacobian or --adjoint");
+    if (options.files.gradient.empty() != options.files.adjoint.empty())
+        throw base::UsageError("--gradient and --adjoint go together");
+}
+
 int eval(const EvalOptions& options) {
-    std::vector<subd::Location> places;
-    for (const std::string& text : options.at) places.push_back(parse_location(text));
-    Run run(options.common, {{options.cage}, {}});
-    const mesh::Cage given = read_cage(run, options.cage, base::LengthUnit::Millimetre);
+    check_options(options);
+    Places places;
+    for (const std::string& text : options.at) places.add(parse_location(text));
+    Run run(options.common, {{options.cage, options.files.at_file, options.files.gradient},
+                             {{"--output", options.files.output, OutputKind::Table},
+                              {"--jacobian", options.files.jacobian, OutputKind::Matrix},
+                              {"--adjoint", options.files.adjoint, OutputKind::Table}}});
+    const mesh::Cage given = about_input(
+        options.cage, [&] { return read_cage(run, options.cage, base::LengthUnit::Millimetre); });
     const mesh::Cage cage = about_input(options.cage, [&] { return subd::control_normals(given); });
+    if (!given.topology->sectors().empty() &&
+        !(options.files.jacobian + options.files.adjoint).empty())
+        throw base::InputError(options.cage +
+                               ": has tags of sectors, whose corrections are in no mask; take "
+                               "them out for --jacobian and --adjoint");
     const subd::LimitEvaluator evaluator(cage.topology);
     nlohmann::ordered_json all = nlohmann::ordered_json::array();
-    for (const subd::Location& at : places) {
-        all.push_back(to_json(at, evaluator.evaluate(cage.points, at), evaluator.mask(at, 2)));
-    }
     std::string text;
-    for (const auto& json : all) text += to_text(json);
+    for (std::size_t i = 0; i < options.at.size(); ++i) {
+        const subd::Location at = places.locations()[i];
+        all.push_back(to_json(at, evaluator.evaluate(cage.points, at), evaluator.mask(at, 2)));
+        text += to_text(all.back());
+    }
+    if (!options.files.at_file.empty()) places.read(options.files.at_file, *cage.topology);
+    run.end_stage("read");
+    text += write_eval_files(run, cage, evaluator, places, options.files);
     return run.finish(all.dump(2) + "\n", "", text);
 }
 
@@ -124,15 +150,22 @@ void register_eval(CLI::App& app, int& exit_code) {
     CLI::App* command = app.add_subcommand(
         "eval", "limit point, derivatives, normal and masks at places of a cage");
     command->add_option("cage", options->cage, "control mesh (OBJ)")->required();
-    command
-        ->add_option("--at", options->at,
-                     "FACE,U,V: faces count from 0, (0,0) is the face's first vertex, u runs to "
-                     "the second; FACE,U,V,SECTOR for faces that are no quads")
-        ->required();
+    command->add_option("--at", options->at,
+                        "FACE,U,V: faces count from 0, (0,0) is the face's first vertex, u runs to "
+                        "the second; FACE,U,V,SECTOR for faces that are no quads");
+    command->add_option("--at-file", options->files.at_file,
+                        "places, one a line as of --at; after those of --at");
+    command->add_option("-o,--output", options->files.output,
+                        "points and unit normals of all places (CSV); 0,0,0 where no normal is");
+    command->add_option("--jacobian", options->files.jacobian,
+                        "derivatives of points by control points (MatrixMarket): a row a place, a "
+                        "column a vertex, the same for x, y and z");
+    command->add_option("--gradient", options->files.gradient,
+                        "derivatives of a quantity by the points: x,y,z of each place a line");
+    command->add_option("--adjoint", options->files.adjoint,
+                        "the quantity's derivatives by the control points (CSV)");
     add_common_options(*command, options->common, false);
-    command->callback([options, &exit_code] {
-        exit_code = about_input(options->cage, [&] { return eval(*options); });
-    });
+    command->callback([options, &exit_code] { exit_code = eval(*options); });
 }
 
 }  // namespace patchwright::cli

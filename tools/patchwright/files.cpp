@@ -40,6 +40,8 @@ void check_kind(const OutputFile& output, const base::OutputTarget& target) {
         case OutputKind::Grid: grid::grid_format(output.file); break;
         case OutputKind::Field: check_extension(output, {".vtp", ".glb"}); break;
         case OutputKind::Picture: check_extension(output, {".png"}); break;
+        case OutputKind::Table: check_extension(output, {".csv"}); break;
+        case OutputKind::Matrix: check_extension(output, {".mtx"}); break;
         case OutputKind::Json:
             if (!target.is_stream) check_extension(output, {".json"});
             break;

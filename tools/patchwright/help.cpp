@@ -53,7 +53,11 @@ const std::map<std::string, Described> descriptions{
     {"--refine", {"Control mesh", "local|global"}},
     {"--symmetry", {"Control mesh", "detect|x|y|z|none"}},
     {"-n", {"Control mesh", "LEVELS"}},
-    {"--at", {"Control mesh", "FACE,U,V"}},
+    {"--at", {"Places", "FACE,U,V"}},
+    {"--at-file", {"Places", "FILE.csv"}},
+    {"--gradient", {"Files", "FILE.csv"}},
+    {"--adjoint", {"Files", "FILE.csv"}},
+    {"--jacobian", {"Files", "FILE.mtx"}},
     {"--unit", {"Output", units}},
     {"--schema", {"Output", "ap203|ap214|ap242"}},
     {"--continuity", {"Output", "g1|refined"}},
@@ -102,7 +106,11 @@ const std::map<std::string, std::string> examples{
     {"grid",
      "  patchwright grid fitted.obj -o wing.cgns --size 5mm --spacing tanh --first-cell 0.1mm\n"
      "  patchwright grid fitted.obj -o layers.cgns --layers 30 --layer-height 0.5mm"},
-    {"eval", "  patchwright eval cage.obj --at 0,0.5,0.5"},
+    {"eval",
+     "  patchwright eval cage.obj --at 0,0.5,0.5\n"
+     "  patchwright eval cage.obj --at-file places.csv -o points.csv --jacobian points.mtx\n"
+     "  patchwright eval cage.obj --at-file places.csv --gradient by_points.csv "
+     "--adjoint by_cage.csv"},
     {"subdivide", "  patchwright subdivide cage.obj -n 2 -o fine.obj"}};
 
 /// Insertions, deletions and replacements of letters from one word to the other (Levenshtein).
