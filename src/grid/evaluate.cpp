@@ -128,6 +128,31 @@ BlockPoints BlockEvaluator::evaluate(int block) const {
     return points;
 }
 
+void BlockEvaluator::places(int number, BlockPlaces& places) const {
+    const Block& block = plan_.layout.blocks.at(std::size_t(number));
+    const Frame frame = frame_of(block, sides_of(plan_, block));
+    const std::size_t ni = frame.low_i.size(), count = ni * frame.low_j.size();
+    const bool with_sectors = !plan_.layout.given->all_quads();
+    places.faces.resize(count);
+    places.u.resize(count);
+    places.v.resize(count);
+    places.sectors.resize(with_sectors ? count : 0);
+    base::parallel_for(count, points_a_task, [&](std::size_t first, std::size_t last) {
+        for (std::size_t n = first; n < last; ++n) {
+            const Eigen::Vector2d at = frame.at(int(n % ni), int(n / ni));
+            const int column = std::clamp(int(at.x()), 0, block.columns - 1);
+            const int row = std::clamp(int(at.y()), 0, block.rows - 1);
+            const subd::Location place = place_on_given(plan_.layout, block.cell(column, row),
+                                                        std::clamp(at.x() - column, 0.0, 1.0),
+                                                        std::clamp(at.y() - row, 0.0, 1.0));
+            places.faces[n] = place.face.value;
+            places.u[n] = place.u;
+            places.v[n] = place.v;
+            if (with_sectors) places.sectors[n] = place.sector;
+        }
+    });
+}
+
 void BlockEvaluator::evaluate(int number, BlockPoints& points) const {
     if (number < 0 || number >= static_cast<int>(plan_.layout.blocks.size())) {
         throw base::InvalidArgument(fmt::format("block {} does not exist; there are {}", number,

@@ -208,6 +208,7 @@ void join_in_place(BlockLayout& layout, int a, int b, SharedSide shared) {
 
 BlockLayout make_layout(const mesh::Cage& cage, BlockCovering covering) {
     BlockLayout layout;
+    layout.given = cage.topology;
     layout.cage = cage.topology->all_quads() ? cage : subd::refine(cage, 1);
     const Topology& t = *layout.cage.topology;
     const std::vector<patch::Chart> charts = patch::rectangles(t, Borders(t, covering).marks());
@@ -218,6 +219,26 @@ BlockLayout make_layout(const mesh::Cage& cage, BlockCovering covering) {
     name_blocks(t, layout.blocks);
     connect(charts, layout);
     return layout;
+}
+
+subd::Location place_on_given(const BlockLayout& layout, CornerId cell, double i, double j) {
+    const Topology& fine = *layout.cage.topology;
+    const mesh::FaceId f = fine.face(cell);
+    double u = i, v = j;
+    switch (cell.value - fine.corners(f)[0].value) {
+        case 0: break;
+        case 1: u = 1.0 - j, v = i; break;
+        case 2: u = 1.0 - i, v = 1.0 - j; break;
+        default: u = j, v = 1.0 - i;
+    }
+    if (layout.given == layout.cage.topology) return {f, u, v};
+    // Faces of the first refinement are the corners of the given cage, see subd::Refinement.
+    const CornerId parent{f.value};
+    const mesh::FaceId face = layout.given->face(parent);
+    const int child = parent.value - layout.given->corners(face)[0].value;
+    if (layout.given->size(face) != 4) return {face, u, v, child};
+    const bool right = child == 1 || child == 2, top = child >= 2;
+    return {face, 0.5 * (u + (right ? 1.0 : 0.0)), 0.5 * (v + (top ? 1.0 : 0.0))};
 }
 
 BlockLayout join(const BlockLayout& layout, int a, int b) {

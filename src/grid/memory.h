@@ -7,7 +7,7 @@ namespace patchwright::grid {
 
 /// Of a block that is written: position and fields, once while it is evaluated and once while it is
 /// written.
-inline constexpr double block_point_bytes = 2 * (3 * sizeof(double) + 4 * sizeof(float));
+inline constexpr double block_point_bytes = 2 * (5 * sizeof(double) + 6 * sizeof(float));
 
 /// @param points  of the whole grid, for the message
 /// @throw UsageError when the process cannot have so many bytes

@@ -15,12 +15,6 @@ namespace patchwright::grid {
 
 namespace {
 
-/// One block on its way: while it is written the next is evaluated.
-struct Buffer {
-    BlockPoints points;
-    CellFields fields;
-};
-
 void scale(BlockPoints& points, double factor) {
     if (factor == 1.0) return;
     for (auto& coordinate : points.coordinates) {
@@ -53,19 +47,20 @@ GridQuality write_grid(const BlockSource& grid, const std::filesystem::path& fil
                                                        : make_vtk_writer(grid, *pending, options);
     const double factor = 1.0 / base::millimetres_per(options.unit);
     QualityMeter meter(grid);
-    Buffer buffers[2];
+    const BlockEvaluator evaluator(grid.plan());
+    BlockData buffers[2];  // while one is written the next is evaluated
     std::future<void> writing;
     const int count = grid.block_count();
     for (int b = 0; b < count; ++b) {
         base::report_progress(options.progress, "grid", double(b) / count);
-        Buffer& buffer = buffers[b % 2];
+        BlockData& buffer = buffers[b % 2];
         grid.evaluate(b, buffer.points);
         meter.add(b, buffer.points, writer->wants_fields() ? &buffer.fields : nullptr);
+        if (writer->wants_places()) evaluator.places(b, buffer.places);
         scale(buffer.points, factor);
         if (writing.valid()) writing.get();
-        writing = std::async(std::launch::async, [&writer, &buffer, b] {
-            writer->write(b, buffer.points, buffer.fields);
-        });
+        writing =
+            std::async(std::launch::async, [&writer, &buffer, b] { writer->write(b, buffer); });
     }
     if (writing.valid()) writing.get();
     writer->finish();

@@ -90,7 +90,7 @@ class CgnsWriter : public GridWriter {
     CgnsWriter(const CgnsWriter&) = delete;
     CgnsWriter& operator=(const CgnsWriter&) = delete;
 
-    void write(int block, const BlockPoints& points, const CellFields&) override {
+    void write(int block, const BlockData& data) override {
         mute_hdf5();
         const std::array<int, 3> size = grid_.size(block);
         std::array<cgsize_t, 9> sizes{};
@@ -105,7 +105,7 @@ class CgnsWriter : public GridWriter {
         for (std::size_t c = 0; c < 3; ++c) {
             int coordinate = 0;
             check(cg_coord_write(handle_, base_, zone, CGNS_ENUMV(RealDouble), names[c],
-                                 points.coordinates[c].data(), &coordinate));
+                                 data.points.coordinates[c].data(), &coordinate));
             check(cg_goto(handle_, base_, "Zone_t", zone, "GridCoordinates_t", 1, "DataArray_t",
                           coordinate, "end"));
             // Of mass, length, time, temperature and angle.
@@ -114,6 +114,7 @@ class CgnsWriter : public GridWriter {
         }
         check(cg_goto(handle_, base_, "Zone_t", zone, "end"));
         check(cg_famname_write(family_of(block).c_str()));
+        write_places(zone, data.places, size);
         write_connections(block, zone, size);
         write_conditions(block, zone, size);
     }
@@ -175,6 +176,22 @@ class CgnsWriter : public GridWriter {
                                   int layers) const {
         if (dimension_ == 2) return {begin[0] + 1, begin[1] + 1, end[0] + 1, end[1] + 1, 0, 0};
         return {begin[0] + 1, begin[1] + 1, 1, end[0] + 1, end[1] + 1, layers};
+    }
+    /// As the user's data, for which the standard has no names; of volumes the layer on the
+    /// surface.
+    void write_places(int zone, const BlockPlaces& places, const std::array<int, 3>& size) {
+        check(cg_goto(handle_, base_, "Zone_t", zone, "end"));
+        check(cg_user_data_write("CagePlaces"));
+        check(cg_goto(handle_, base_, "Zone_t", zone, "UserDefinedData_t", 1, "end"));
+        check(cg_dataclass_write(CGNS_ENUMV(NondimensionalParameter)));
+        const cgsize_t sizes[] = {size[0], size[1]};
+        const auto write = [&](const char* name, CGNS_ENUMT(DataType_t) type, const void* values) {
+            check(cg_array_write(name, type, 2, sizes, values));
+        };
+        write("Face", CGNS_ENUMV(Integer), places.faces.data());
+        write("U", CGNS_ENUMV(RealDouble), places.u.data());
+        write("V", CGNS_ENUMV(RealDouble), places.v.data());
+        if (!places.sectors.empty()) write("Sector", CGNS_ENUMV(Integer), places.sectors.data());
     }
     void write_connections(int block, int zone, const std::array<int, 3>& size) {
         int count = 0;

@@ -50,7 +50,10 @@ class Plot3dWriter : public GridWriter {
         end_record();
     }
 
-    void write(int, const BlockPoints& points, const CellFields&) override {
+    [[nodiscard]] bool wants_places() const override { return false; }
+
+    void write(int, const BlockData& data) override {
+        const BlockPoints& points = data.points;
         begin_record(3 * sizeof(double) * points.count());
         for (const std::vector<double>& coordinate : points.coordinates) {
             if (options_.form == Plot3dOptions::Form::Ascii) {

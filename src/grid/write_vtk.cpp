@@ -25,38 +25,39 @@ class VtkWriter : public GridWriter {
 
     [[nodiscard]] bool wants_fields() const override { return true; }
 
-    void write(int block, const BlockPoints& points, const CellFields& fields) override {
+    void write(int block, const BlockData& data) override {
+        const BlockPoints& points = data.points;
         OutputStream stream(file_.part(block_file(block)), file_.target().given);
-        struct Array {
-            const char* name;
-            const std::vector<float>* values;
-        };
-        std::vector<Array> arrays{{"minimum angle [degrees]", &fields.min_angle_deg},
-                                  {"skewness", &fields.skewness},
-                                  {"aspect ratio", &fields.aspect}};
-        if (points.nk > 1) arrays.push_back({"scaled Jacobian", &fields.scaled_jacobian});
+        std::vector<Array> places{array("cage face", data.places.faces, points.nk),
+                                  array("cage u", data.places.u, points.nk),
+                                  array("cage v", data.places.v, points.nk)};
+        if (!data.places.sectors.empty())
+            places.push_back(array("cage sector", data.places.sectors, points.nk));
+        std::vector<Array> fields{array("minimum angle [degrees]", data.fields.min_angle_deg),
+                                  array("skewness", data.fields.skewness),
+                                  array("aspect ratio", data.fields.aspect)};
+        if (points.nk > 1) fields.push_back(array("scaled Jacobian", data.fields.scaled_jacobian));
         const std::string extent =
             fmt::format("0 {} 0 {} 0 {}", points.ni - 1, points.nj - 1, points.nk - 1);
+        std::uint64_t offset = sizeof(std::uint64_t) + 3 * sizeof(double) * points.count();
         std::string text = fmt::format(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"StructuredGrid\" version=\"1.0\" "
             "byte_order=\"{}\" header_type=\"UInt64\">\n<StructuredGrid WholeExtent=\"{}\">\n"
             "<Piece Extent=\"{}\">\n<Points><DataArray type=\"Float64\" Name=\"Points\" "
-            "NumberOfComponents=\"3\" format=\"appended\" offset=\"0\"/></Points>\n<CellData>\n",
+            "NumberOfComponents=\"3\" format=\"appended\" offset=\"0\"/></Points>\n",
             byte_order, extent, extent);
-        std::uint64_t offset = sizeof(std::uint64_t) + 3 * sizeof(double) * points.count();
-        for (const Array& array : arrays) {
-            text += fmt::format(
-                "<DataArray type=\"Float32\" Name=\"{}\" format=\"appended\" offset=\"{}\"/>\n",
-                array.name, offset);
-            offset += sizeof(std::uint64_t) + sizeof(float) * array.values->size();
-        }
-        text += "</CellData>\n</Piece>\n</StructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
+        text += "<PointData>\n" + heads(places, offset) + "</PointData>\n";
+        text += "<CellData>\n" + heads(fields, offset) + "</CellData>\n";
+        text += "</Piece>\n</StructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
         stream.write(text);
         write_points(stream, points);
-        for (const Array& array : arrays) {
-            const std::uint64_t bytes = sizeof(float) * array.values->size();
-            stream.write(&bytes, sizeof bytes);
-            stream.write(array.values->data(), bytes);
+        for (const std::vector<Array>* arrays : {&places, &fields}) {
+            for (const Array& array : *arrays) {
+                const std::uint64_t bytes = array.times * array.bytes;
+                stream.write(&bytes, sizeof bytes);
+                for (std::uint64_t k = 0; k < array.times; ++k)
+                    stream.write(array.values, array.bytes);
+            }
         }
         stream.write("\n</AppendedData>\n</VTKFile>\n");
         stream.close();
@@ -83,6 +84,29 @@ class VtkWriter : public GridWriter {
     }
 
   private:
+    struct Array {
+        const char *type, *name;
+        const void* values;
+        std::uint64_t bytes, times;  ///< of the values, which are written so often
+    };
+    template <class T>
+    static Array array(const char* name, const std::vector<T>& values, int times = 1) {
+        const char* type = std::is_same_v<T, double>  ? "Float64"
+                           : std::is_same_v<T, float> ? "Float32"
+                                                      : "Int32";
+        return {type, name, values.data(), sizeof(T) * values.size(), std::uint64_t(times)};
+    }
+    /// @param offset  of the first array's values; raised to what follows the last one's
+    static std::string heads(const std::vector<Array>& arrays, std::uint64_t& offset) {
+        std::string text;
+        for (const Array& array : arrays) {
+            text += fmt::format(
+                "<DataArray type=\"{}\" Name=\"{}\" format=\"appended\" offset=\"{}\"/>\n",
+                array.type, array.name, offset);
+            offset += sizeof(std::uint64_t) + array.times * array.bytes;
+        }
+        return text;
+    }
     /// In a folder of the grid's name.
     [[nodiscard]] std::string block_file(int block) const {
         return fmt::format("{0}/{0}_{1}.vts", name_, block);

@@ -7,13 +7,21 @@
 
 namespace patchwright::grid {
 
+/// What is written of a block.
+struct BlockData {
+    BlockPoints points;  ///< in the file's unit
+    CellFields fields;   ///< where wants_fields()
+    BlockPlaces places;  ///< of its surface, where wants_places()
+};
+
 class GridWriter {
   public:
     virtual ~GridWriter() = default;
     /// Whether write() uses the fields.
     [[nodiscard]] virtual bool wants_fields() const { return false; }
-    /// Blocks come in order, coordinates in the file's unit.
-    virtual void write(int block, const BlockPoints& points, const CellFields& fields) = 0;
+    [[nodiscard]] virtual bool wants_places() const { return true; }
+    /// Blocks come in order.
+    virtual void write(int block, const BlockData& data) = 0;
     /// Ends the file and checks what can be read back.
     virtual void finish() = 0;
 };

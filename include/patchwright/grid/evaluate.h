@@ -31,6 +31,14 @@ struct BlockPoints {
     }
 };
 
+/// Places of a block's points on the given cage, as those of subd::Location, in the order of
+/// BlockPoints with one layer; further layers grow from there.
+struct BlockPlaces {
+    std::vector<std::int32_t> faces;
+    std::vector<double> u, v;
+    std::vector<std::int32_t> sectors;  ///< empty where the given cage has quads only
+};
+
 /// Evaluates blocks of a plan, each with all threads. Points on the sides are the plan's, bit by
 /// bit; inner points are limit points at parameters blended from those of the four sides, where the
 /// line between the points of equal j on sides 3 and 1 meets the line between those of equal i.
@@ -48,6 +56,7 @@ class BlockEvaluator {
     [[nodiscard]] BlockPoints evaluate(int block) const;
     /// The same into buffers that are used again.
     void evaluate(int block, BlockPoints& points) const;
+    void places(int block, BlockPlaces& places) const;
     /// Parameters of a block's point, i-wise in [0, columns] and j-wise in [0, rows].
     [[nodiscard]] Eigen::Vector2d parameters(int block, int i, int j) const;
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <patchwright/mesh/cage.h>
+#include <patchwright/subd/limit_mask.h>
 
 #include <array>
 #include <string>
@@ -48,6 +49,7 @@ struct Block {
 /// so blocks meet one to one.
 struct BlockLayout {
     mesh::Cage cage;  ///< quads only: the given one or its first refinement
+    std::shared_ptr<const mesh::Topology> given;
     std::vector<BlockEdge> edges;
     std::vector<Block> blocks;
 };
@@ -68,6 +70,11 @@ BlockLayout join_all(const BlockLayout& layout);
 struct EdgePlace {
     int block = -1, side = -1, use = -1;
 };
+
+/// The place on the given cage of a point of a cell.
+/// @param cell  as in Block::cells
+/// @param i,j   from the cell's lowest i and j, 0 to 1
+subd::Location place_on_given(const BlockLayout& layout, mesh::CornerId cell, double i, double j);
 
 /// Per edge the one or two places where it is used, in the order of blocks.
 std::vector<std::vector<EdgePlace>> edge_places(const BlockLayout& layout);
