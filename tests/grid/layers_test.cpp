@@ -86,6 +86,8 @@ void check_layers(const mesh::Cage& cage, double size_share, double first_share,
     CHECK(q.negative == 0);
     CHECK(layers.layers() == cells + 1);
     CHECK(q.scaled_jacobian->mean > 0.6);
+    // What checks of solvers want of every cell.
+    CHECK(q.scaled_jacobian->worst > 0.02);
     if (!may_thin) CHECK(layers.thinnest() > 0.5);
 }
 
@@ -111,6 +113,7 @@ TEST_CASE("layers much thicker than the wing's cells have no negative volumes", 
     const grid::GridQuality q = grid::measure_quality(layers);
     CHECK(q.negative == 0);
     CHECK(q.scaled_jacobian->mean > 0.9);
+    CHECK(q.scaled_jacobian->worst > 0.02);
 }
 
 TEST_CASE("a fold in the surface spoils the layers there only", "[grid]") {
