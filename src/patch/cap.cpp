@@ -73,26 +73,6 @@ std::optional<double> corner_angle(const Eigen::Matrix<double, Eigen::Dynamic, 3
     return angle;
 }
 
-/// Whether a surface faces away from most of itself somewhere.
-/// @param grids  a square grid of points per face of a fan, row by row
-bool is_folded(const std::vector<Points>& grids) {
-    std::vector<Eigen::RowVector3d> normals;
-    Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
-    for (const Points& grid : grids) {
-        const auto side = static_cast<Eigen::Index>(std::lround(std::sqrt(grid.rows())));
-        for (Eigen::Index i = 0; i + 1 < side; ++i) {
-            for (Eigen::Index k = i * side; k + 1 < (i + 1) * side; ++k) {
-                const Eigen::RowVector3d normal = (grid.row(k + side + 1) - grid.row(k))
-                                                      .cross(grid.row(k + 1) - grid.row(k + side));
-                normals.push_back(normal);
-                sum += normal;
-            }
-        }
-    }
-    return std::any_of(normals.begin(), normals.end(),
-                       [&](const Eigen::RowVector3d& normal) { return !(normal.dot(sum) > 0.0); });
-}
-
 PolynomialPiece in_face(PolynomialPiece piece, int corner, double size) {
     piece.u0 *= size;
     piece.v0 *= size;
@@ -272,7 +252,7 @@ bool CapBuilder::fill_smoothly(const std::vector<Sector>& sectors, Cap& cap,
 
 void CapBuilder::fit_smoothly(const std::vector<Sector>& sectors, const CapSolver& solver,
                               const CapSolver::Net& net, Cap& cap) {
-    std::vector<Points> points;
+    std::vector<Points> points, normals;
     for (const Sector& s : sectors)
         points.push_back(limit_.points(*s.kind, s.corner, s.local, Samples::Fit));
     const Cap smoothest = cap;
@@ -280,6 +260,9 @@ void CapBuilder::fit_smoothly(const std::vector<Sector>& sectors, const CapSolve
     // In faces that are narrow beside the distances, the cap's tangent planes tilt to the side,
     // which turns its parameters over; those of the limit surface do not.
     for (const bool by_limit_normals : {false, true}) {
+        if (by_limit_normals)
+            for (const Sector& s : sectors)
+                normals.push_back(limit_.normals(*s.kind, s.corner, s.local, Samples::Fit));
         bool turned_over = false;
         cap = smoothest;
         for (const double weight : weights_of_bending) {
@@ -287,13 +270,14 @@ void CapBuilder::fit_smoothly(const std::vector<Sector>& sectors, const CapSolve
                 std::vector<CapSolver::Target> targets;
                 for (const CapSurface::CapFoot& foot : feet(cap, sectors, points, Samples::Fit))
                     targets.push_back(foot.place);
-                if (by_limit_normals) take_limit_normals(sectors, targets);
+                if (by_limit_normals) take_normals(normals, targets);
                 set_pieces(solver.fit(net, targets, weight), sectors, cap);
-                cap.report.distance_mm = distance(cap, sectors);
                 if (folds(cap, sectors) || surface_of(cap, sectors).turns_over()) {
                     turned_over = true;
-                    break;  // going on from its feet makes that worse
+                    cap = smoothest;  // going on from its feet makes that worse
+                    break;
                 }
+                cap.report.distance_mm = distance(cap, sectors);
                 if (cap.report.distance_mm <= tolerance_mm_) return;
                 if (cap.report.distance_mm < best.report.distance_mm) best = cap;
             }
@@ -303,14 +287,12 @@ void CapBuilder::fit_smoothly(const std::vector<Sector>& sectors, const CapSolve
     cap = std::move(best);
 }
 
-void CapBuilder::take_limit_normals(const std::vector<Sector>& sectors,
-                                    std::vector<CapSolver::Target>& targets) {
+void CapBuilder::take_normals(const std::vector<Points>& normals,
+                              std::vector<CapSolver::Target>& targets) {
     std::size_t k = 0;
-    for (const Sector& s : sectors) {
-        const Points normals = limit_.normals(*s.kind, s.corner, s.local, Samples::Fit);
-        for (Eigen::Index row = 0; row < normals.rows(); ++row, ++k)
-            if (!normals.row(row).isZero()) targets[k].normal = normals.row(row);
-    }
+    for (const Points& of_sector : normals)
+        for (Eigen::Index row = 0; row < of_sector.rows(); ++row, ++k)
+            if (!of_sector.row(row).isZero()) targets[k].normal = of_sector.row(row);
 }
 
 void CapBuilder::set_pieces(const CapSolver::Net& net, const std::vector<Sector>& sectors,

@@ -59,8 +59,9 @@ class CapBuilder {
     /// nearest one or the cap as it is.
     void fit_smoothly(const std::vector<Sector>& sectors, const CapSolver& solver,
                       const CapSolver::Net& net, Cap& cap);
-    void take_limit_normals(const std::vector<Sector>& sectors,
-                            std::vector<CapSolver::Target>& targets);
+    /// @param normals  by sector
+    static void take_normals(const std::vector<geom::Points>& normals,
+                             std::vector<CapSolver::Target>& targets);
     void find_check_points(std::vector<Sector>& sectors);
     /// Whether the cap faces away from most of itself somewhere, and the limit surface does not.
     [[nodiscard]] static bool folds(const Cap& cap, const std::vector<Sector>& sectors);

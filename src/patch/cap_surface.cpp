@@ -141,4 +141,22 @@ CapSurface::CapFoot CapSurface::foot(const Eigen::RowVector3d& point, int face, 
     return best;
 }
 
+bool is_folded(const std::vector<Points>& grids) {
+    std::vector<Eigen::RowVector3d> normals;
+    Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+    for (const Points& grid : grids) {
+        const auto side = static_cast<Eigen::Index>(std::lround(std::sqrt(grid.rows())));
+        for (Eigen::Index i = 0; i + 1 < side; ++i) {
+            for (Eigen::Index k = i * side; k + 1 < (i + 1) * side; ++k) {
+                const Eigen::RowVector3d normal = (grid.row(k + side + 1) - grid.row(k))
+                                                      .cross(grid.row(k + 1) - grid.row(k + side));
+                normals.push_back(normal);
+                sum += normal;
+            }
+        }
+    }
+    return std::any_of(normals.begin(), normals.end(),
+                       [&](const Eigen::RowVector3d& normal) { return !(normal.dot(sum) > 0.0); });
+}
+
 }  // namespace patchwright::patch

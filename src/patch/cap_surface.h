@@ -52,4 +52,8 @@ class CapSurface {
     bool closed_;
 };
 
+/// Whether a surface faces away from most of itself somewhere.
+/// @param grids  a square grid of points per face of a fan, row by row
+[[nodiscard]] bool is_folded(const std::vector<geom::Points>& grids);
+
 }  // namespace patchwright::patch

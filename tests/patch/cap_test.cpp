@@ -8,6 +8,7 @@
 #include <catch2/catch.hpp>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 using namespace patchwright;
@@ -100,6 +101,28 @@ TEST_CASE("caps of narrow faces take no more knots than those of wide ones", "[p
         CAPTURE(faces);
         CHECK(depth(faces) <= wide + 1);
     }
+}
+
+TEST_CASE("the fan in the middle of a 1,000-gon is filled at depth 4", "[patch]") {
+    // The top of a prism. Going on from fits whose parameters had turned over took two depths more.
+    constexpr int sides = 1000;
+    std::vector<Vec3> points;
+    std::vector<std::vector<int>> faces{{}};
+    for (int k = 0; k < sides; ++k) {
+        const double a = 2 * M_PI * k / sides;
+        const int next = (k + 1) % sides;
+        points.emplace_back(100 * std::cos(a), 100 * std::sin(a), 0);
+        faces[0].push_back(sides + k);
+        faces.push_back({k, next, sides + next, sides + k});
+    }
+    for (int k = 0; k < sides; ++k) points.push_back(points[std::size_t(k)] + Vec3(0, 0, 100));
+    const auto extraction = patch::extract(test::make_cage(points, faces), {.tolerance_mm = 0.03});
+    const auto middle = std::find_if(extraction.caps.begin(), extraction.caps.end(),
+                                     [](const auto& cap) { return cap.faces == sides; });
+    REQUIRE(middle != extraction.caps.end());
+    CHECK(middle->smooth);
+    CHECK(middle->distance_mm <= 0.03);
+    CHECK(middle->depth <= 4);
 }
 
 TEST_CASE("tangent planes agree at boundaries", "[patch][oracle]") {
