@@ -1,4 +1,5 @@
 #include "grid/front.h"
+#include "grid/layer_rule.h"
 #include "grid/memory.h"
 
 #include <patchwright/base/error.h>
@@ -9,6 +10,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 namespace patchwright::grid {
@@ -30,6 +32,11 @@ constexpr int most_repairs = 300;
 /// Of the scaled Jacobian that the best direction has on the surface: what its own cells do not
 /// have no layer can.
 constexpr double share_of_surface = 0.8;
+/// Where steps had to be shortened, layers are marched anew with less growth from the surface on:
+/// points that came less than the first share of their thickness get the second one of what they
+/// came. The third is how often at most; the last march shortens what is left.
+constexpr double full_share = 0.95, room_share = 0.8;
+constexpr int most_marches = 12;
 /// A direction within 2.6 degrees of every normal beside it needs no more turning.
 constexpr double sees_all = 0.999;
 /// A repaired step is shorter than the one that failed, follows the mean of its neighbours, and
@@ -61,8 +68,10 @@ class Marcher {
         });
     }
 
-    /// @param thinnest  lowered to the least share of the height that a point has come
-    geom::Points march(const geom::Points& from, double height, int smoothing, double& thinnest) {
+    /// @param heights  that the layer is to have, one a point
+    /// @param shares   of them that steps have; lengths along what sees all cells count in full
+    geom::Points march(const geom::Points& from, const std::vector<double>& heights, int smoothing,
+                       std::vector<double>& shares) {
         for_points(mesh_.size(), [&](std::size_t p) { steps_[p] = best_direction(from, p); });
         smooth_directions(from, smoothing);
         for_points(mesh_.size(), [&](std::size_t p) {
@@ -71,21 +80,22 @@ class Marcher {
             for (const FrontMesh::Corner& c : mesh_.corners(p))
                 sight += unit_normal(from, p, c).dot(steps_[p]);
             sight /= double(mesh_.corners(p).size());
-            other_[p] = steps_[p] * (height / std::clamp(sight, 0.6, 1.0));
+            shares[p] = heights[p] / std::clamp(sight, 0.6, 1.0);
+            other_[p] = steps_[p] * shares[p];
         });
         std::swap(steps_, other_);
-        even_out(from, height, smoothing);
+        even_out(from, heights, smoothing);
         // Where the front itself is folded no step helps; shortening would only spread.
         for_points(mesh_.size(), [&](std::size_t p) {
             hopeless_[p] = sight(from, p, best_direction(from, p)) <= 0.0 ? 1 : 0;
         });
-        repair(from, shortest * height);
+        repair(from, heights);
         geom::Points to(from.rows(), 3);
         for_points(mesh_.size(), [&](std::size_t p) {
             to.row(Eigen::Index(p)) = from.row(Eigen::Index(p)) + steps_[p].transpose();
         });
         for (std::size_t p = 0; p < mesh_.size(); ++p) {
-            thinnest = std::min(thinnest, steps_[p].norm() / height);
+            shares[p] = steps_[p].norm() / shares[p];
             came_[p] = steps_[p].normalized();
         }
         return to;
@@ -166,7 +176,7 @@ class Marcher {
     }
 
     /// Spreads points of the new front, where steps are long beside cells.
-    void even_out(const geom::Points& from, double height, int sweeps) {
+    void even_out(const geom::Points& from, const std::vector<double>& heights, int sweeps) {
         for (int sweep = 0; sweep < std::min(sweeps, 4); ++sweep) {
             for_points(mesh_.size(), [&](std::size_t p) {
                 const Vec3 here = at(from, p) + steps_[p];
@@ -184,7 +194,7 @@ class Marcher {
                 const Vec3 n = steps_[p].normalized();  // zero beside cells without area
                 Vec3 pull = in_plane(p, mean - here);
                 pull -= n * n.dot(pull);
-                const double weight = 0.25 * std::min(1.0, height / longest);
+                const double weight = 0.25 * std::min(1.0, heights[p] / longest);
                 // Borders keep what spreading along them leaves.
                 other_[p] = steps_[p];
                 if (mesh_.corners(p).size() > 2) other_[p] += weight * pull;
@@ -223,7 +233,7 @@ class Marcher {
         return least_below(from, p, steps_[p]) <= 0.0 || least_above(from, p) <= limits_[p];
     }
 
-    void repair(const geom::Points& from, double shortest_mm) {
+    void repair(const geom::Points& from, const std::vector<double>& heights) {
         for (int round = 0; round < most_repairs; ++round) {
             for_points(mesh_.size(), [&](std::size_t p) {
                 bad_[p] = hopeless_[p] == 0 && is_bad(from, p) ? 1 : 0;
@@ -239,7 +249,7 @@ class Marcher {
                 other_[p] = steps_[p];
                 if (!near) return;
                 if (round >= evening_repairs) {
-                    other_[p] = std::max(shorter_best * steps_[p].norm(), shortest_mm) *
+                    other_[p] = std::max(shorter_best * steps_[p].norm(), shortest * heights[p]) *
                                 best_direction(from, p);
                     return;
                 }
@@ -291,21 +301,76 @@ struct LayerGrid::State {
     double thinnest = 1.0;
 
     explicit State(const Plan& plan) : mesh(plan) {}
+
+    /// Marches all fronts anew.
+    /// @return  per point the share of the thickness that it came
+    std::vector<double> march(const std::vector<LayerRule>& rules, const LayerOptions& options) {
+        const std::size_t count = mesh.size();
+        fronts.assign(1, mesh.surface());
+        Marcher marcher(mesh);
+        std::vector<double> heights(count), shares(count), came(count, 0.0), asked(count, 0.0);
+        for (std::size_t p = 0; p < count; ++p) heights[p] = rules[p].first_mm;
+        for (int k = 0; k < options.cells; ++k) {
+            base::report_progress(options.progress, "layers", double(k) / options.cells);
+            fronts.push_back(marcher.march(fronts.back(), heights, std::min(2 + k, 30), shares));
+            for_points(count, [&](std::size_t p) {
+                came[p] += shares[p] * heights[p];
+                asked[p] += heights[p];
+                heights[p] *= rules[p].growth;
+            });
+        }
+        for_points(count, [&](std::size_t p) { came[p] /= asked[p]; });
+        return came;
+    }
+
+    /// No thickness is more than a neighbour's and its distance: fronts stay flatter than 45
+    /// degrees to the surface.
+    void grade(std::vector<double>& thickness) const {
+        std::vector<double> next = thickness;
+        for (bool changed = true; changed;) {
+            std::atomic<bool> any = false;
+            for_points(mesh.size(), [&](std::size_t p) {
+                for (const FrontMesh::Corner& c : mesh.corners(p)) {
+                    for (const std::int32_t q : {c.next, c.previous}) {
+                        const double distance =
+                            (mesh.surface().row(Eigen::Index(p)) - mesh.surface().row(q)).norm();
+                        next[p] = std::min(next[p], thickness[std::size_t(q)] + distance);
+                    }
+                }
+                if (next[p] < thickness[p]) any = true;
+            });
+            thickness = next;
+            changed = any;
+        }
+    }
 };
 
 LayerGrid::LayerGrid(const Plan& plan, const LayerOptions& options) : plan_(plan) {
     check(options);
     require_memory(plan, options.cells + 1, options.cells + 1);
     state_ = std::make_unique<State>(plan);
-    state_->fronts.push_back(state_->mesh.surface());
-    Marcher marcher(state_->mesh);
-    double height = first_height(options);
-    for (int k = 0; k < options.cells; ++k, height *= options.growth) {
-        base::report_progress(options.progress, "layers", double(k) / options.cells);
-        const int smoothing = std::min(2 + k, 30);
-        state_->fronts.push_back(
-            marcher.march(state_->fronts.back(), height, smoothing, state_->thinnest));
+    const std::size_t count = state_->mesh.size();
+    const LayerRule wanted{first_height(options), options.growth};
+    std::vector<LayerRule> rules(count, wanted);
+    std::vector<double> thickness(count, wanted.thickness(options.cells));
+    for (int march = 0;; ++march) {
+        const std::vector<double> came = state_->march(rules, options);
+        if (march == most_marches ||
+            std::all_of(came.begin(), came.end(), [](double c) { return c >= full_share; }))
+            break;
+        for (std::size_t p = 0; p < count; ++p)
+            if (came[p] < full_share)
+                thickness[p] = std::max(room_share * came[p] * thickness[p],
+                                        shortest * wanted.thickness(options.cells));
+        state_->grade(thickness);
+        for_points(count,
+                   [&](std::size_t p) { rules[p] = wanted.within(thickness[p], options.cells); });
     }
+    double height = wanted.first_mm;
+    for (std::size_t k = 1; k < state_->fronts.size(); ++k, height *= wanted.growth)
+        state_->thinnest = std::min(
+            state_->thinnest,
+            (state_->fronts[k] - state_->fronts[k - 1]).rowwise().norm().minCoeff() / height);
 }
 LayerGrid::~LayerGrid() = default;
 

@@ -88,6 +88,7 @@ void check_layers(const mesh::Cage& cage, double size_share, double first_share,
     CHECK(q.scaled_jacobian->mean > 0.6);
     // What checks of solvers want of every cell.
     CHECK(q.scaled_jacobian->worst > 0.02);
+    CHECK(q.stretching.worst < 5.0);
     if (!may_thin) CHECK(layers.thinnest() > 0.5);
 }
 
@@ -114,6 +115,7 @@ TEST_CASE("layers much thicker than the wing's cells have no negative volumes", 
     CHECK(q.negative == 0);
     CHECK(q.scaled_jacobian->mean > 0.9);
     CHECK(q.scaled_jacobian->worst > 0.02);
+    CHECK(q.stretching.worst < 5.0);
 }
 
 TEST_CASE("a fold in the surface spoils the layers there only", "[grid]") {
