@@ -141,10 +141,10 @@ CapSurface::CapFoot CapSurface::foot(const Eigen::RowVector3d& point, int face, 
     return best;
 }
 
-bool is_folded(const std::vector<Points>& grids) {
+bool is_folded(const std::vector<geom::Points>& grids) {
     std::vector<Eigen::RowVector3d> normals;
     Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
-    for (const Points& grid : grids) {
+    for (const geom::Points& grid : grids) {
         const auto side = static_cast<Eigen::Index>(std::lround(std::sqrt(grid.rows())));
         for (Eigen::Index i = 0; i + 1 < side; ++i) {
             for (Eigen::Index k = i * side; k + 1 < (i + 1) * side; ++k) {
