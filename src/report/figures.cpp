@@ -22,6 +22,7 @@ class SectionWriter {
         if (report_.input) input(*report_.input);
         if (report_.cage) cage(*report_.cage);
         if (report_.fit) fit(*report_.fit);
+        if (report_.morph) morph(*report_.morph);
         if (report_.patches) patches(*report_.patches);
         if (report_.solid) solid(*report_.solid);
         if (report_.details) details(*report_.details);
@@ -144,6 +145,21 @@ class SectionWriter {
             f.before.curvature_variation, f.after.curvature_variation, f.before.skew, f.after.skew,
             f.before.uneven_spacing, f.after.uneven_spacing,
             f.before.least_angle_rad * 180.0 / M_PI, f.after.least_angle_rad * 180.0 / M_PI);
+    }
+    void morph(const MorphFigures& m) {
+        sections_.push_back({"Morph", {}});
+        row("displaced", "{} points by up to {}, control points by up to {}", m.points,
+            length(m.largest_displacement), length(m.largest_moved));
+        brief();
+        row("extrapolation", "{:.3g}", m.extrapolation);
+        if (!m.forces) return;
+        const geom::Vec3& f = m.forces->given.force;
+        row("forces", "{} places, sum ({:.4g}, {:.4g}, {:.4g}), conserved to {:.1g}",
+            m.forces->places, f.x(), f.y(), f.z(), m.forces->force_error);
+        brief();
+        row("moment", "{} about the origin, conserved to {:.1g}", place(m.forces->given.moment),
+            m.forces->moment_error);
+        brief();
     }
     void patches(const PatchFigures& p) {
         sections_.push_back({"Patches", {}});

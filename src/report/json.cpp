@@ -34,6 +34,7 @@ class Writer {
         if (report_.cage) json["cage"] = cage(*report_.cage);
         if (report_.cage && !report_.layout.empty()) json["cage"]["layout"] = report_.layout;
         if (report_.fit) json["fit"] = fit(*report_.fit);
+        if (report_.morph) json["morph"] = morph(*report_.morph);
         if (report_.patches) json["patches"] = patches(*report_.patches);
         if (report_.solid) json["solid"] = solid(*report_.solid);
         if (report_.details) json["details"] = details(*report_.details);
@@ -108,6 +109,20 @@ class Writer {
                 {"boundary_edges", c.boundary_edges},
                 {"pins", c.pins},
                 {"non_quads", c.non_quads}};
+    }
+    Json morph(const MorphFigures& m) const {
+        Json json = {{"points", m.points},
+                     {"largest_displacement", length(m.largest_displacement)},
+                     {"largest_moved", length(m.largest_moved)},
+                     {"extrapolation", m.extrapolation}};
+        if (!m.forces) return json;
+        const geom::Vec3& f = m.forces->given.force;
+        json["forces"] = {{"places", m.forces->places},
+                          {"force", {f.x(), f.y(), f.z()}},
+                          {"moment", point(m.forces->given.moment)},
+                          {"force_error", m.forces->force_error},
+                          {"moment_error", m.forces->moment_error}};
+        return json;
     }
     Json fit(const FitFigures& f) const {
         Json levels = Json::array();

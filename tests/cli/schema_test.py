@@ -66,6 +66,11 @@ class Schema(CliTest):
         self.valid("fit", WING / "wing.step", "--cage", WING / "wing_cage.obj", "-o", self.path("a.obj"), "--tolerance", "1e-2rel")
         self.valid("refit", WING / "wing_cage.obj", WING / "wing.step", "-o", self.path("a.obj"), "--cad-out", self.path("a.step"),
                    "--tolerance", "1e-2rel")
+        nodes = self.path("nodes.csv", "".join(f"{x},{y},{z},0,0,{x}\n" for x in (-50, 50) for y in (-50, 50) for z in (-50, 50)))
+        forces = self.path("forces.csv", "0,0.5,0.5,0,0,1\n")
+        report = self.valid("morph", CUBE, "--displacements", nodes, "-o", self.path("a.obj"), "--cad-out", self.path("a.step"),
+                            "--forces", forces, "--forces-out", self.path("loads.csv"))
+        self.assertEqual(report["morph"]["forces"]["force"], [0, 0, 1])
         self.valid("export", CUBE, "-o", self.path("a.step"))
         self.valid("grid", CUBE, "-o", self.path("a.cgns"), "--points", 9, "--layers", 3, "--layer-height", "1e-3rel")
         self.valid("subdivide", CUBE, "-n", 2, "-o", self.path("a.obj"))

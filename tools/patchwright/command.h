@@ -116,6 +116,7 @@ void register_export(CLI::App& app, int& exit_code);
 void register_fit(CLI::App& app, int& exit_code);
 void register_grid(CLI::App& app, int& exit_code);
 void register_inspect(CLI::App& app, int& exit_code);
+void register_morph(CLI::App& app, int& exit_code);
 void register_refit(CLI::App& app, int& exit_code);
 void register_subdivide(CLI::App& app, int& exit_code);
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "command.h"
+#include "table.h"
 
 #include <patchwright/subd/limit_mask.h>
 
@@ -22,6 +23,9 @@ class Places {
     /// Adds one a line: FACE,U,V or FACE,U,V,SECTOR.
     /// @throw InputError naming the line that is no place on the mesh
     void read(const std::string& file, const mesh::Topology& topology);
+    /// Adds the place that a row begins with.
+    /// @throw InputError naming the line of what is no place on the mesh
+    void add(const Table& table, std::size_t i, bool has_sector, const mesh::Topology& topology);
 
     [[nodiscard]] subd::Locations locations() const { return {faces_, uv_, sectors_}; }
 

@@ -1,9 +1,9 @@
 #include "options.h"
+#include "surface.h"
 #include "view.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/occ/assemble.h>
-#include <patchwright/subd/normal_control.h>
 
 #include <fmt/format.h>
 
@@ -39,22 +39,9 @@ int export_cage(const ExportOptions& options) {
     making.write.unit = run.report.unit;
     const double tolerance =
         length_mm(options.tolerance, geom::bounding_box(cage.points).diagonal());
-    const convert::Shape shape = about_input(options.cage, [&] {
-        return convert::make_shape(subd::control_normals(cage), making, {tolerance, tolerance});
+    const occ::CadModel written = about_input(options.cage, [&] {
+        return write_surface(run, cage, options.output.file, making, tolerance);
     });
-    for (const std::string& text : shape.notices) run.notice(text);
-    run.end_stage("patch");
-    const auto file = std::make_shared<base::PendingFile>(options.output.file);
-    const occ::CadModel written = convert::write_and_read_back(shape, *file, making.write);
-    run.outputs.add(file);
-    run.end_stage("write");
-    const convert::ShapeFigures figures =
-        convert::inspect_shape(shape, written, options.output.file, run.progress());
-    run.report.patches = shape.patches;
-    run.report.solid = figures.solid;
-    run.report.continuity = figures.continuity;
-    run.report.verdict = measure::assess(convert::verdict_figures(figures, shape.closed));
-    run.end_stage("check");
     if (shows_anything(run, options.view)) {
         const occ::CadReference surface(written);
         add_views(run, options.view, {.output = &surface, .cage = &cage});

@@ -30,6 +30,10 @@ const std::map<std::string, Described> descriptions{
     {"--output", {"Files", "FILE"}},
     {"--cage", {"Files", "CAGE.obj"}},
     {"--cad-out", {"Files", "FILE"}},
+    {"--displacements", {"Files", "FILE.csv"}},
+    {"--velocities-out", {"Files", "FILE.csv"}},
+    {"--forces", {"Files", "FILE.csv"}},
+    {"--forces-out", {"Files", "FILE.csv"}},
     {"--cage-out", {"Files", "FITTED.obj"}},
     {"--json", {"Files", "FILE.json"}},
     {"--report", {"Files", "FILE.html"}},
@@ -102,6 +106,10 @@ const std::map<std::string, std::string> examples{
     {"refit",
      "  patchwright refit fitted.obj bent_wing.step -o bent.obj\n"
      "  patchwright refit fitted.obj bent_wing.step -o bent.obj --cad-out bent.step"},
+    {"morph",
+     "  patchwright morph fitted.obj --displacements nodes.csv -o bent.obj --cad-out bent.step\n"
+     "  patchwright morph fitted.obj --displacements nodes.csv -o bent.obj --forces pressure.csv "
+     "--forces-out loads.csv"},
     {"export", "  patchwright export fitted.obj -o wing.step --unit m"},
     {"grid",
      "  patchwright grid fitted.obj -o wing.cgns --size 5mm --spacing tanh --first-cell 0.1mm\n"

@@ -74,6 +74,7 @@ void register_all(CLI::App& app, int& exit_code) {
     register_cage(app, exit_code);
     register_fit(app, exit_code);
     register_refit(app, exit_code);
+    register_morph(app, exit_code);
     register_export(app, exit_code);
     register_compare(app, exit_code);
     register_inspect(app, exit_code);

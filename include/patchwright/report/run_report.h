@@ -2,6 +2,7 @@
 #pragma once
 
 #include <patchwright/base/units.h>
+#include <patchwright/fit/morph.h>
 #include <patchwright/fit/refit.h>
 #include <patchwright/grid/quality.h>
 #include <patchwright/measure/deviation_statistics.h>
@@ -39,6 +40,22 @@ struct FitFigures {
     std::optional<int> symmetry_axis;  ///< of the symmetry plane that was kept: 0, 1 or 2
     measure::Fairness before, after;
     std::vector<fit::FitLevel> levels;
+};
+
+/// A cage carried along with points of a structural model; see fit::PointTransfer.
+struct MorphFigures {
+    int points = 0;                     ///< of the model
+    double largest_displacement = 0.0;  ///< of these
+    double largest_moved = 0.0;         ///< of control points
+    double extrapolation = 0.0;         ///< PointTransfer::extrapolation
+    /// At places of the surface, and carried to the points, as written.
+    struct Forces {
+        int places = 0;
+        fit::Resultant given;  ///< about the origin: the forces' unit, that times a length
+        /// Of the carried ones' sum and moment, by sums of absolute values.
+        double force_error = 0.0, moment_error = 0.0;
+    };
+    std::optional<Forces> forces;
 };
 
 struct PatchFigures {
@@ -136,6 +153,7 @@ struct RunReport {
     /// Of a made cage, one line a body: what it was recognised as, or why it was remeshed.
     std::vector<std::string> layout;
     std::optional<FitFigures> fit;
+    std::optional<MorphFigures> morph;
     std::optional<PatchFigures> patches;
     std::optional<SolidFigures> solid;
     std::optional<DetailFigures> details;

@@ -1,0 +1,29 @@
+#include "surface.h"
+
+#include <patchwright/subd/normal_control.h>
+
+#include <memory>
+
+namespace patchwright::cli {
+
+occ::CadModel write_surface(Run& run, const mesh::Cage& cage, const std::string& file,
+                            const convert::ShapeOptions& making, double tolerance_mm) {
+    const convert::Shape shape =
+        convert::make_shape(subd::control_normals(cage), making, {tolerance_mm, tolerance_mm});
+    for (const std::string& text : shape.notices) run.notice(text);
+    run.end_stage("patch");
+    const auto pending = std::make_shared<base::PendingFile>(file);
+    occ::CadModel written = convert::write_and_read_back(shape, *pending, making.write);
+    run.outputs.add(pending);
+    run.end_stage("write");
+    const convert::ShapeFigures figures =
+        convert::inspect_shape(shape, written, file, run.progress());
+    run.report.patches = shape.patches;
+    run.report.solid = figures.solid;
+    run.report.continuity = figures.continuity;
+    run.report.verdict = measure::assess(convert::verdict_figures(figures, shape.closed));
+    run.end_stage("check");
+    return written;
+}
+
+}  // namespace patchwright::cli
