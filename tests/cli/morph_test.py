@@ -188,6 +188,7 @@ class Morphs(CliTest):
         refused(rows[:9] + ["1,2,x,0,0,0"], 2, "bad.csv", "line 10", "'x'")
         refused(rows[:9] + ["1,2,nan,0,0,0"], 2, "bad.csv", "line 10", "nan")
         refused(rows[:9] + ["1,2,1e99,0,0,0"], 2, "bad.csv", "line 10", "1e+99")
+        refused([f"{1e-8 * x},{1e-8 * y},{1e-8 * z},{x}e69,0,0" for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], 2, "bad.csv", "beyond 1e+70")
         refused(rows[:9] + ["1,2,3,0,0"], 2, "bad.csv", "line 10", "5 numbers")
         refused([row + ",1" for row in rows], 2, "bad.csv", "line 1", "7 numbers", "6 or 9")
         refused(rows[:3], 2, "bad.csv", "3 points", "four")

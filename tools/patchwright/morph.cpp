@@ -154,6 +154,9 @@ int morph_cage(const MorphOptions& options) {
     note_extrapolation(run, options.displacements, transfer.extrapolation());
     const mesh::Cage moved =
         about_input(options.cage, [&] { return fit::morph(cage, transfer, displacements); });
+    if (!(moved.points.cwiseAbs().maxCoeff() <= geom::largest_coordinate))
+        throw base::InputError(fmt::format("{}: moves control points beyond {:g}",
+                                           options.displacements, geom::largest_coordinate));
     run.report.morph = {int(table.rows()),
                         displacements.rowwise().norm().maxCoeff(),
                         (moved.points - cage.points).rowwise().norm().maxCoeff(),

@@ -111,7 +111,7 @@ void check_extents(const Eigen::Matrix4d& r, double scale, Index count) {
     if (extents[2] > in_plane_rel * extents[0]) return;
     const bool is_line = extents[1] <= in_plane_rel * extents[0];
     throw base::InputError(fmt::format(
-        "all points are in one {}, within {:.2g}: how far what is beside it turns is not known; "
+        "all points are in one {}, within {:.2g} mm: how far what is beside it turns is not known; "
         "add points off the {}, such as ends of rigid arms",
         is_line ? "line" : "plane", scale * extents[is_line ? 1 : 2] / std::sqrt(double(count)),
         is_line ? "line" : "plane"));
