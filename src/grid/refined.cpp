@@ -1,5 +1,6 @@
 #include "grid/edge_curve.h"
 #include "grid/line_classes.h"
+#include "grid/memory.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
@@ -80,6 +81,7 @@ Plan refined(const Plan& plan, const LineError& error, double limit, int max_rou
             by_class[std::size_t(classes.edges[e].line_class)].assign(all[e].size(), 0);
         }
         const Plan probe = halved(result, all);
+        require_memory(probe, 1, 0);
         const BlockEvaluator evaluator(probe);
         BlockPoints points;
         for (std::size_t b = 0; b < result.layout.blocks.size(); ++b) {

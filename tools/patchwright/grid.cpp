@@ -1,9 +1,11 @@
 #include "checks.h"
 #include "command.h"
 #include "grid_rules.h"
+#include "table.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/grid/layers.h>
+#include <patchwright/grid/size_field.h>
 #include <patchwright/grid/write.h>
 #include <patchwright/measure/verdict.h>
 #include <patchwright/subd/normal_control.h>
@@ -29,7 +31,7 @@ struct GridOptions {
     bool curvature = false;
     std::string first_cell;
     std::vector<std::string> clusters;
-    std::string rules;
+    std::string rules, size_field;
     std::string form = "binary", endian = "little";
     int layers = 0;
     std::string layer_height, thickness;
@@ -69,6 +71,23 @@ grid::PlanOptions plan_options(const GridOptions& options, double diagonal) {
     return plan;
 }
 
+/// Lines of X,Y,Z,SIZE in the cage's unit.
+grid::SizeField read_size_field(const std::string& file, base::LengthUnit unit) {
+    const Table table = read_table(file, 4, 4);
+    const double scale = base::millimetres_per(unit);
+    geom::Points at(static_cast<Eigen::Index>(table.rows()), 3);
+    std::vector<double> sizes;
+    for (std::size_t i = 0; i < table.rows(); ++i) {
+        const double* row = table.row(i);
+        if (!(row[3] > 0.0))
+            throw base::InputError(
+                fmt::format("{}the size is {}; it must be positive", table.place(i), row[3]));
+        at.row(static_cast<Eigen::Index>(i)) << scale * row[0], scale * row[1], scale * row[2];
+        sizes.push_back(scale * row[3]);
+    }
+    return {std::move(at), std::move(sizes)};
+}
+
 int make_grid(const GridOptions& options) {
     const auto cage_unit = base::parse_length_unit(options.cage_unit);
     grid::GridWriteOptions write{.unit = base::parse_length_unit(options.unit)};
@@ -76,12 +95,16 @@ int make_grid(const GridOptions& options) {
                     : options.form == "fortran" ? grid::Plot3dOptions::Form::Fortran
                                                 : grid::Plot3dOptions::Form::Binary,
                     options.endian == "big"};
+    if (!options.size_field.empty() && options.levels > 0) {
+        throw base::UsageError(
+            "--size-field and --levels do not go together: halved cells are no multiples");
+    }
     if (options.coarsen > options.levels) {
         throw base::UsageError(fmt::format("--coarsen {} needs --levels {} or more",
                                            options.coarsen, options.coarsen));
     }
-    Run run(options.common,
-            {{options.cage, options.rules}, {{"--output", options.output, OutputKind::Grid}}});
+    Run run(options.common, {{options.cage, options.rules, options.size_field},
+                             {{"--output", options.output, OutputKind::Grid}}});
     run.report.unit = write.unit;
     write.progress = run.progress();
     const mesh::Cage cage = read_cage(run, options.cage, cage_unit);
@@ -98,9 +121,11 @@ int make_grid(const GridOptions& options) {
     if (!options.rules.empty()) {
         wanted.rules = read_grid_rules(options.rules, layout, cage_unit, diagonal);
     }
-    const grid::Plan plan = about_input(options.cage, [&] {
+    grid::Plan plan = about_input(options.cage, [&] {
         return grid::coarsened(grid::make_plan(layout, wanted), options.coarsen);
     });
+    if (!options.size_field.empty())
+        plan = grid::refined(plan, read_size_field(options.size_field, cage_unit));
     run.end_stage("plan");
 
     grid::GridQuality quality;
@@ -168,6 +193,9 @@ void add_spacing_options(CLI::App& command, GridOptions& options) {
     command.add_option("--cluster", options.clusters,
                        "FAMILY:FAMILY=LENGTH: first cell of lines that end where blocks of these "
                        "families meet; an empty name is any");
+    command.add_option("--size-field", options.size_field,
+                       "X,Y,Z,SIZE a line, in the cage's unit: cells are halved along whole lines "
+                       "until they are no longer than the size at the nearest point");
     command.add_option("--rules", options.rules,
                        "JSON file with rules for single block edges: [{\"at\": [x, y, z], "
                        "\"cells\": 40, \"spacing\": \"tanh\", \"near\": \"0.1mm\", \"far\": "

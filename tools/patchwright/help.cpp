@@ -81,6 +81,7 @@ const std::map<std::string, Described> descriptions{
     {"--curvature", {"Blocks and spacing", ""}},
     {"--first-cell", {"Blocks and spacing", "LENGTH"}},
     {"--cluster", {"Blocks and spacing", "FAMILY:FAMILY=LENGTH"}},
+    {"--size-field", {"Blocks and spacing", "FILE.csv"}},
     {"--rules", {"Blocks and spacing", "FILE.json"}},
     {"--layers", {"Layers", "N"}},
     {"--layer-height", {"Layers", "LENGTH"}},
