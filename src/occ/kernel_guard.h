@@ -6,6 +6,7 @@
 #include <Standard_Failure.hxx>
 #include <Standard_OutOfMemory.hxx>
 
+#include <algorithm>
 #include <new>
 #include <string>
 #include <utility>
@@ -22,8 +23,10 @@ auto guard_kernel(const std::string& context, Body&& body) {
         throw std::bad_alloc();
     } catch (const Standard_Failure& failure) {
         const char* text = failure.GetMessageString();
-        throw ErrorType(context + ": CAD kernel: " + failure.DynamicType()->Name() +
-                        (text != nullptr && *text != '\0' ? std::string(": ") + text : ""));
+        std::string message = context + ": CAD kernel: " + failure.DynamicType()->Name() +
+                              (text != nullptr && *text != '\0' ? std::string(": ") + text : "");
+        std::replace(message.begin(), message.end(), '\n', ' ');
+        throw ErrorType(message);
     }
 }
 

@@ -52,9 +52,10 @@ class Scratch {
     fs::path path_;
 };
 
-/// A box as STEP whose first match of the pattern is replaced.
-fs::path edited_box(const Scratch& folder, const std::string& pattern, const std::string& with) {
-    const fs::path path = folder / "edited.step";
+/// A box as a file whose first match of the pattern is replaced.
+fs::path edited_box(const Scratch& folder, const std::string& pattern, const std::string& with,
+                    const std::string& name = "edited.step") {
+    const fs::path path = folder / name;
     occ::write_cad(test::model_of(BRepPrimAPI_MakeBox(1.0, 2.0, 3.0).Shape()), path);
     std::stringstream text;
     text << std::ifstream(path, std::ios::binary).rdbuf();
@@ -145,6 +146,19 @@ TEST_CASE("a crash of the kernel is an error that names the entity", "[occ][guar
     CHECK_THROWS_WITH(occ::read_cad_guarded(file, reader()),
                       Contains("edited.step: the CAD kernel crashes on #") &&
                           Contains("ADVANCED_FACE") && !Contains("\n"));
+}
+
+TEST_CASE("what the kernel cannot read back of its own is an error of the file",
+          "[occ][guard][errors]") {
+    // A direction in the plane so long that its unit vector becomes zero.
+    const Scratch folder;
+    const fs::path file =
+        edited_box(folder, "(Curve2ds [0-9]+\\s+1 [-0-9.]+ [-0-9.]+) [-0-9.]+ [-0-9.]+",
+                   "$1 1e308 0", "edited.brep");
+    CHECK_THROWS_AS(occ::read_cad_guarded(file, reader()), base::InputError);
+    CHECK_THROWS_WITH(
+        occ::read_cad_guarded(file, reader()),
+        Contains("edited.brep: CAD kernel: ") && Contains("zero norm") && !Contains("\n"));
 }
 
 TEST_CASE("endless recursion of the kernel is an error", "[occ][guard][errors]") {

@@ -88,26 +88,41 @@ grid::SizeField read_size_field(const std::string& file, base::LengthUnit unit) 
     return {std::move(at), std::move(sizes)};
 }
 
+void check_options(const GridOptions& options) {
+    if (!options.size_field.empty() && options.levels > 0)
+        throw base::UsageError(
+            "--size-field and --levels do not go together: halved cells are no multiples");
+    if (options.coarsen > options.levels)
+        throw base::UsageError(fmt::format("--coarsen {} needs --levels {} or more",
+                                           options.coarsen, options.coarsen));
+    if (options.layers > 0 && options.layer_height.empty() == options.thickness.empty())
+        throw base::UsageError(
+            "--layers needs either --layer-height (of the first cell) or --thickness");
+}
+
+grid::LayerOptions layer_options(const GridOptions& options, double diagonal) {
+    grid::LayerOptions layers{.cells = options.layers, .growth = options.growth};
+    if (options.thickness.empty())
+        layers.first_mm = base::parse_length(options.layer_height).in_millimetres(diagonal);
+    else
+        layers.thickness_mm = base::parse_length(options.thickness).in_millimetres(diagonal);
+    return layers;
+}
+
 int make_grid(const GridOptions& options) {
+    check_options(options);
     const auto cage_unit = base::parse_length_unit(options.cage_unit);
     grid::GridWriteOptions write{.unit = base::parse_length_unit(options.unit)};
     write.plot3d = {options.form == "ascii"     ? grid::Plot3dOptions::Form::Ascii
                     : options.form == "fortran" ? grid::Plot3dOptions::Form::Fortran
                                                 : grid::Plot3dOptions::Form::Binary,
                     options.endian == "big"};
-    if (!options.size_field.empty() && options.levels > 0) {
-        throw base::UsageError(
-            "--size-field and --levels do not go together: halved cells are no multiples");
-    }
-    if (options.coarsen > options.levels) {
-        throw base::UsageError(fmt::format("--coarsen {} needs --levels {} or more",
-                                           options.coarsen, options.coarsen));
-    }
     Run run(options.common, {{options.cage, options.rules, options.size_field},
                              {{"--output", options.output, OutputKind::Grid}}});
     run.report.unit = write.unit;
     write.progress = run.progress();
-    const mesh::Cage cage = read_cage(run, options.cage, cage_unit);
+    const mesh::Cage cage =
+        about_input(options.cage, [&] { return read_cage(run, options.cage, cage_unit); });
     const double diagonal = geom::bounding_box(cage.points).diagonal();
     run.end_stage("read");
 
@@ -130,16 +145,7 @@ int make_grid(const GridOptions& options) {
 
     grid::GridQuality quality;
     if (options.layers > 0) {
-        if (options.layer_height.empty() == options.thickness.empty()) {
-            throw base::UsageError(
-                "--layers needs either --layer-height (of the first cell) or --thickness");
-        }
-        grid::LayerOptions layers{.cells = options.layers, .growth = options.growth};
-        if (options.thickness.empty()) {
-            layers.first_mm = base::parse_length(options.layer_height).in_millimetres(diagonal);
-        } else {
-            layers.thickness_mm = base::parse_length(options.thickness).in_millimetres(diagonal);
-        }
+        grid::LayerOptions layers = layer_options(options, diagonal);
         layers.progress = run.progress();
         const grid::LayerGrid volume(plan, layers);
         run.end_stage("layers");
@@ -245,9 +251,7 @@ void register_grid(CLI::App& app, int& exit_code) {
         ->capture_default_str();
     add_layer_options(*command, *options);
     add_common_options(*command, options->common, true);
-    command->callback([options, &exit_code] {
-        exit_code = about_input(options->cage, [&] { return make_grid(*options); });
-    });
+    command->callback([options, &exit_code] { exit_code = make_grid(*options); });
 }
 
 }  // namespace patchwright::cli

@@ -198,7 +198,7 @@ ReadResult read_cad_guarded(const std::filesystem::path& path, ReaderProcess& re
         .memory_mb = limits.memory_mb.value_or(base_memory_mb + memory_mb_per_mb * mb)};
     std::optional<ReaderRun> run(std::in_place, reader, request);
     Ending ending = run->finish(options.progress);
-    if (ending.result) return unpack_result(std::move(*ending.result));
+    if (ending.result) return unpack_result(std::move(*ending.result), path.string());
     run.reset();
     check_system(ending, request);
     if (has_message(ending, MessageKind::Refusal)) throw base::InputError(ending.last->content);

@@ -54,7 +54,7 @@ std::string pack_result(const ReadResult& result) {
     return std::move(stream).str();
 }
 
-ReadResult unpack_result(std::string bytes) {
+ReadResult unpack_result(std::string bytes, const std::string& file) {
     std::istringstream stream(std::move(bytes));
     ReadReport report;
     auto impl = std::make_shared<CadModel::Impl>();
@@ -62,9 +62,8 @@ ReadResult unpack_result(std::string bytes) {
     each_report_field(archive, report);
     archive(impl->face_names);
     archive(impl->face_colours);
-    guard_kernel<base::Error>("result of a reader process",
-                              [&] { BinTools::Read(impl->shape, stream); });
-    if (impl->shape.IsNull()) throw base::Error("the result of a reader process has no shape");
+    guard_kernel<base::InputError>(file, [&] { BinTools::Read(impl->shape, stream); });
+    if (impl->shape.IsNull()) throw base::InputError(file + ": has no shape");
     return {CadModel(std::move(impl)), std::move(report)};
 }
 

@@ -10,7 +10,9 @@ namespace patchwright::occ {
 
 std::string pack_result(const ReadResult& result);
 
-/// @throw Error when the bytes are not such a result
-ReadResult unpack_result(std::string bytes);
+/// @param file  that was read, for messages
+/// @throw InputError when the kernel cannot read what it has written, such as directions whose
+///        length is zero
+ReadResult unpack_result(std::string bytes, const std::string& file);
 
 }  // namespace patchwright::occ
