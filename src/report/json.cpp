@@ -340,6 +340,9 @@ class Writer {
 
 }  // namespace
 
-std::string to_json(const RunReport& report) { return Writer(report).write().dump(2) + "\n"; }
+std::string to_json(const RunReport& report) {
+    // Names of files are bytes: what is not UTF-8 becomes U+FFFD.
+    return Writer(report).write().dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
 
 }  // namespace patchwright::report

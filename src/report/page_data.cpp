@@ -186,7 +186,7 @@ std::string page_data(const RunReport& report, const std::vector<Plot>& plots) {
         for (const Place& place : places(report))
             json["places"].push_back({place.at.x(), place.at.y(), place.at.z()});
     }
-    std::string text = json.dump();
+    std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
     // A script element ends at "</".
     for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;)
         text.replace(at, 1, "\\u003c");

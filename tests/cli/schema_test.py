@@ -4,6 +4,9 @@ Usage: schema_test.py PATCHWRIGHT SAMPLES_DIR [unittest arguments]
 Exit code 77: python3-jsonschema is not installed.
 """
 import json
+import os
+import shutil
+import subprocess
 import sys
 import unittest
 
@@ -13,7 +16,7 @@ except ImportError:
     print("SKIPPED: python3-jsonschema is not installed")
     sys.exit(77)
 
-from command_line import CliTest, run, SAMPLES, WING
+from command_line import CliTest, PATCHWRIGHT, run, SAMPLES, WING
 
 SCHEMA = json.loads((SAMPLES.parent / "src" / "report" / "report.schema.json").read_text())
 CUBE = SAMPLES / "cages" / "cube.obj"
@@ -33,6 +36,17 @@ class Schema(CliTest):
         self.assertEqual(len(deviation["faces"]), faces)
         self.assertAlmostEqual(sum(deviation["histogram"]["shares"]), 1.0, places=9)
         self.assertAlmostEqual(deviation["histogram"]["width"] * len(deviation["histogram"]["shares"]), deviation["max"])
+
+    def test_names_that_are_not_utf_8(self):
+        """Names of files are bytes; reports replace what is no UTF-8."""
+        cage = os.fsencode(self.folder) + b"/cube\xff.obj"
+        shutil.copy(SAMPLES / "cages" / "cube.obj", cage)
+        for arguments, code in ((["export", cage, "-o", self.path("a.step"), "--report", self.path("a.html")], 0),
+                                (["export", cage + b"x", "-o", self.path("a.step")], 2)):
+            result = subprocess.run([PATCHWRIGHT, *arguments, "--json", self.path("a.json")], capture_output=True)
+            self.assertEqual(result.returncode, code, result.stderr)
+            self.assertIn("cube\ufffd.obj", self.path("a.json").read_text())
+            self.path("a.json").unlink()
 
     def test_convert_compare_and_inspect(self):
         step = self.path("a.step")

@@ -110,7 +110,6 @@ grid::LayerOptions layer_options(const GridOptions& options, double diagonal) {
 }
 
 int make_grid(const GridOptions& options) {
-    check_options(options);
     const auto cage_unit = base::parse_length_unit(options.cage_unit);
     grid::GridWriteOptions write{.unit = base::parse_length_unit(options.unit)};
     write.plot3d = {options.form == "ascii"     ? grid::Plot3dOptions::Form::Ascii
@@ -119,6 +118,7 @@ int make_grid(const GridOptions& options) {
                     options.endian == "big"};
     Run run(options.common, {{options.cage, options.rules, options.size_field},
                              {{"--output", options.output, OutputKind::Grid}}});
+    check_options(options);
     run.report.unit = write.unit;
     write.progress = run.progress();
     const mesh::Cage cage =
