@@ -19,9 +19,9 @@ struct LayerOptions {
 
 /// Hexahedra between the surface and fronts that march off it, one a layer: every point goes along
 /// the direction that its cells see best, smoothed with its neighbours' the more the farther the
-/// front has come. Where a cell would get a corner with a scaled Jacobian below 0.025 (or 0.8 of what
-/// the surface allows), the steps around it are evened out and shortened until none has. Where that
-/// was necessary all layers are marched anew with less growth around there, so that they get
+/// front has come. Where a cell would get a corner with a scaled Jacobian below 0.025 (or 0.8 of
+/// what the surface allows), the steps around it are evened out and shortened until none has. Where
+/// that was necessary all layers are marched anew with less growth around there, so that they get
 /// thinner in tight concave places by and by.
 /// Points of a free border that lies in a plane across the surface stay in that plane.
 /// Source: the direction after Aubry and Loehner, On the 'most normal' normal (2008).
