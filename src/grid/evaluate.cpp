@@ -13,7 +13,6 @@
 namespace patchwright::grid {
 
 using mesh::CornerId;
-using mesh::Topology;
 
 namespace {
 
@@ -73,6 +72,22 @@ std::array<Side, 4> sides_of(const Plan& plan, const Block& block) {
             side_of(plan, block, 3)};
 }
 
+/// A point in one of a block's cells, from its lowest i and j.
+struct CellPoint {
+    std::size_t number;  ///< of Block::cells
+    CornerId cell;
+    double i, j;
+};
+
+/// @param at  in [0, columns] and [0, rows]
+CellPoint cell_point(const Block& block, const Eigen::Vector2d& at) {
+    const int column = std::clamp(int(at.x()), 0, block.columns - 1);
+    const int row = std::clamp(int(at.y()), 0, block.rows - 1);
+    return {std::size_t(column) * std::size_t(block.rows) + std::size_t(row),
+            block.cell(column, row), std::clamp(at.x() - column, 0.0, 1.0),
+            std::clamp(at.y() - row, 0.0, 1.0)};
+}
+
 /// The faces of a block, made as points ask for them.
 class BlockFaces {
   public:
@@ -81,21 +96,11 @@ class BlockFaces {
 
     /// @param at  in [0, columns] and [0, rows]
     geom::Vec3 point(const Eigen::Vector2d& at) {
-        const int column = std::clamp(int(at.x()), 0, block_.columns - 1);
-        const int row = std::clamp(int(at.y()), 0, block_.rows - 1);
-        const double u = std::clamp(at.x() - column, 0.0, 1.0);
-        const double v = std::clamp(at.y() - row, 0.0, 1.0);
-        const Topology& t = *cage_.topology;
-        const CornerId c = block_.cell(column, row);
-        const mesh::FaceId f = t.face(c);
-        auto& face = faces_[std::size_t(column) * std::size_t(block_.rows) + std::size_t(row)];
-        if (!face) face = std::make_unique<LimitFace>(table_, cage_, f);
-        switch (c.value - t.corners(f)[0].value) {
-            case 0: return face->at(u, v);
-            case 1: return face->at(1.0 - v, u);
-            case 2: return face->at(1.0 - u, 1.0 - v);
-            default: return face->at(v, 1.0 - u);
-        }
+        const CellPoint p = cell_point(block_, at);
+        const subd::Location place = place_in_face(*cage_.topology, p.cell, p.i, p.j);
+        auto& face = faces_[p.number];
+        if (!face) face = std::make_unique<LimitFace>(table_, cage_, place.face);
+        return face->at(place.u, place.v);
     }
 
   private:
@@ -139,12 +144,8 @@ void BlockEvaluator::places(int number, BlockPlaces& places) const {
     places.sectors.resize(with_sectors ? count : 0);
     base::parallel_for(count, points_a_task, [&](std::size_t first, std::size_t last) {
         for (std::size_t n = first; n < last; ++n) {
-            const Eigen::Vector2d at = frame.at(int(n % ni), int(n / ni));
-            const int column = std::clamp(int(at.x()), 0, block.columns - 1);
-            const int row = std::clamp(int(at.y()), 0, block.rows - 1);
-            const subd::Location place = place_on_given(plan_.layout, block.cell(column, row),
-                                                        std::clamp(at.x() - column, 0.0, 1.0),
-                                                        std::clamp(at.y() - row, 0.0, 1.0));
+            const CellPoint p = cell_point(block, frame.at(int(n % ni), int(n / ni)));
+            const subd::Location place = place_on_given(plan_.layout, p.cell, p.i, p.j);
             places.faces[n] = place.face.value;
             places.u[n] = place.u;
             places.v[n] = place.v;

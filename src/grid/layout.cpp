@@ -221,17 +221,20 @@ BlockLayout make_layout(const mesh::Cage& cage, BlockCovering covering) {
     return layout;
 }
 
-subd::Location place_on_given(const BlockLayout& layout, CornerId cell, double i, double j) {
-    const Topology& fine = *layout.cage.topology;
-    const mesh::FaceId f = fine.face(cell);
-    double u = i, v = j;
-    switch (cell.value - fine.corners(f)[0].value) {
-        case 0: break;
-        case 1: u = 1.0 - j, v = i; break;
-        case 2: u = 1.0 - i, v = 1.0 - j; break;
-        default: u = j, v = 1.0 - i;
+subd::Location place_in_face(const Topology& topology, CornerId cell, double i, double j) {
+    const mesh::FaceId f = topology.face(cell);
+    switch (cell.value - topology.corners(f)[0].value) {
+        case 0: return {f, i, j};
+        case 1: return {f, 1.0 - j, i};
+        case 2: return {f, 1.0 - i, 1.0 - j};
+        default: return {f, j, 1.0 - i};
     }
-    if (layout.given == layout.cage.topology) return {f, u, v};
+}
+
+subd::Location place_on_given(const BlockLayout& layout, CornerId cell, double i, double j) {
+    const subd::Location place = place_in_face(*layout.cage.topology, cell, i, j);
+    if (layout.given == layout.cage.topology) return place;
+    const auto [f, u, v, sector] = place;
     // Faces of the first refinement are the corners of the given cage, see subd::Refinement.
     const CornerId parent{f.value};
     const mesh::FaceId face = layout.given->face(parent);

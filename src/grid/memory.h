@@ -5,8 +5,8 @@
 
 namespace patchwright::grid {
 
-/// Of a block that is written: position and fields, once while it is evaluated and once while it is
-/// written.
+/// Of a block that is written: position, place and fields, once while it is evaluated and once
+/// while it is written.
 inline constexpr double block_point_bytes = 2 * (5 * sizeof(double) + 6 * sizeof(float));
 
 /// @param points  of the whole grid, for the message

@@ -1,4 +1,4 @@
-"""Places by the file: points, derivatives by control points, and their products with gradients; places in grids.
+"""Places by the file: points, derivatives by control points, and their products with gradients; places and fields of sizes in grids.
 
 Usage: eval_test.py PATCHWRIGHT SAMPLES_DIR [unittest arguments]
 """

@@ -124,11 +124,8 @@ int eval(const EvalOptions& options) {
     const mesh::Cage given = about_input(
         options.cage, [&] { return read_cage(run, options.cage, base::LengthUnit::Millimetre); });
     const mesh::Cage cage = about_input(options.cage, [&] { return subd::control_normals(given); });
-    if (!given.topology->sectors().empty() &&
-        !(options.files.jacobian + options.files.adjoint).empty())
-        throw base::InputError(options.cage +
-                               ": has tags of sectors, whose corrections are in no mask; take "
-                               "them out for --jacobian and --adjoint");
+    if (!(options.files.jacobian + options.files.adjoint).empty())
+        refuse_sectors(options.cage, *given.topology, "--jacobian and --adjoint");
     const subd::LimitEvaluator evaluator(cage.topology);
     nlohmann::ordered_json all = nlohmann::ordered_json::array();
     std::string text;

@@ -75,17 +75,15 @@ grid::PlanOptions plan_options(const GridOptions& options, double diagonal) {
 grid::SizeField read_size_field(const std::string& file, base::LengthUnit unit) {
     const Table table = read_table(file, 4, 4);
     const double scale = base::millimetres_per(unit);
-    geom::Points at(static_cast<Eigen::Index>(table.rows()), 3);
     std::vector<double> sizes;
     for (std::size_t i = 0; i < table.rows(); ++i) {
         const double* row = table.row(i);
         if (!(row[3] > 0.0))
             throw base::InputError(
                 fmt::format("{}the size is {}; it must be positive", table.place(i), row[3]));
-        at.row(static_cast<Eigen::Index>(i)) << scale * row[0], scale * row[1], scale * row[2];
         sizes.push_back(scale * row[3]);
     }
-    return {std::move(at), std::move(sizes)};
+    return {scale * table.points(0), std::move(sizes)};
 }
 
 void check_options(const GridOptions& options) {

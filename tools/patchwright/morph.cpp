@@ -1,5 +1,6 @@
-#include "eval_files.h"
+#include "command.h"
 #include "options.h"
+#include "places.h"
 #include "surface.h"
 #include "table.h"
 
@@ -28,15 +29,6 @@ struct MorphOptions {
     std::string cage, displacements, output, cad_out, velocities_out, forces, forces_out;
     std::string cage_unit = "mm", tolerance = "1e-4rel";
 };
-
-/// Three columns of a table as points.
-Points columns(const Table& table, std::size_t first) {
-    Points points(Eigen::Index(table.rows()), 3);
-    for (std::size_t i = 0; i < table.rows(); ++i)
-        points.row(Eigen::Index(i)) = Eigen::RowVector3d(
-            table.row(i)[first], table.row(i)[first + 1], table.row(i)[first + 2]);
-    return points;
-}
 
 /// A structural model's points, displacements and, where there are nine columns, velocities.
 Table read_displacements(const MorphOptions& options) {
@@ -77,7 +69,7 @@ struct SurfaceForces {
         const Table table = read_table(file, 6, 7);
         const bool has_sector = table.columns == 7;
         for (std::size_t i = 0; i < table.rows(); ++i) places.add(table, i, has_sector, topology);
-        forces = columns(table, table.columns - 3);
+        forces = table.points(table.columns - 3);
     }
 };
 
@@ -107,25 +99,18 @@ void note_extrapolation(Run& run, const std::string& file, double extrapolation)
                     file, extrapolation));
 }
 
-void refuse_sectors(const MorphOptions& options, const mesh::Topology& topology) {
-    if (topology.sectors().empty() || (options.velocities_out + options.forces).empty()) return;
-    throw base::InputError(fmt::format(
-        "{}: has tags of sectors, whose corrections are in no mask; take them out, or leave out {}",
-        options.cage, options.forces.empty() ? "--velocities-out" : "--forces"));
-}
-
 /// Adds the files of velocities and forces to the run's outputs.
 void carry_values(Run& run, const MorphOptions& options, const mesh::Cage& cage,
                   const mesh::Cage& moved, const Table& table, const fit::PointTransfer& transfer) {
     const double unit = base::millimetres_per(run.report.unit);
     if (!options.velocities_out.empty())
         run.outputs.add(options.velocities_out, csv("x,y,z,vx,vy,vz", moved.points / unit,
-                                                    transfer.apply(columns(table, 6))));
+                                                    transfer.apply(table.points(6))));
     if (options.forces.empty()) return;
     const SurfaceForces given(options.forces, *cage.topology);
     const Points carried = transfer.apply_transposed(
         fit::control_point_forces(cage.topology, given.places.locations(), given.forces));
-    const Points points = columns(table, 0);
+    const Points points = table.points(0);
     run.outputs.add(options.forces_out, csv("x,y,z,fx,fy,fz", points, carried));
     run.report.morph->forces = compare(cage, given, points * unit, carried);
 }
@@ -142,12 +127,14 @@ int morph_cage(const MorphOptions& options) {
     const double unit = base::millimetres_per(run.report.unit);
     const mesh::Cage cage =
         about_input(options.cage, [&] { return read_cage(run, options.cage, run.report.unit); });
-    refuse_sectors(options, *cage.topology);
+    if (!(options.velocities_out + options.forces).empty())
+        refuse_sectors(options.cage, *cage.topology,
+                       options.forces.empty() ? "--velocities-out" : "--forces");
     const Table table = read_displacements(options);
     run.end_stage("read");
-    const Points displacements = columns(table, 3) * unit;
+    const Points displacements = table.points(3) * unit;
     const auto transfer = about_input(options.displacements, [&] {
-        return fit::PointTransfer(columns(table, 0) * unit, cage.points, [&](int i) {
+        return fit::PointTransfer(table.points(0) * unit, cage.points, [&](int i) {
             return fmt::format("line {}", table.lines[std::size_t(i)]);
         });
     });

@@ -105,6 +105,13 @@ std::string Table::place(std::size_t i) const {
     return fmt::format("{}, line {}: ", file, lines[i]);
 }
 
+geom::Points Table::points(std::size_t first_column) const {
+    geom::Points points(Eigen::Index(rows()), 3);
+    for (std::size_t i = 0; i < rows(); ++i)
+        points.row(Eigen::Index(i)) = Eigen::Map<const Eigen::RowVector3d>(row(i) + first_column);
+    return points;
+}
+
 Table read_table(const std::string& file, std::size_t least, std::size_t most) {
     const std::string content = content_of(file);
     Table table;

@@ -1,6 +1,8 @@
 // Tables of numbers as text: one row a line.
 #pragma once
 
+#include <patchwright/geom/types.h>
+
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -16,6 +18,8 @@ struct Table {
 
     [[nodiscard]] std::size_t rows() const { return lines.size(); }
     [[nodiscard]] const double* row(std::size_t i) const { return values.data() + i * columns; }
+    /// Three columns as points, one a row.
+    [[nodiscard]] geom::Points points(std::size_t first_column) const;
     /// "FILE, line 7: ", for messages about a row.
     [[nodiscard]] std::string place(std::size_t i) const;
 };

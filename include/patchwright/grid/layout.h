@@ -49,7 +49,7 @@ struct Block {
 /// so blocks meet one to one.
 struct BlockLayout {
     mesh::Cage cage;  ///< quads only: the given one or its first refinement
-    std::shared_ptr<const mesh::Topology> given;
+    std::shared_ptr<const mesh::Topology> given;  ///< of the cage that the layout was made of
     std::vector<BlockEdge> edges;
     std::vector<Block> blocks;
 };
@@ -71,9 +71,12 @@ struct EdgePlace {
     int block = -1, side = -1, use = -1;
 };
 
-/// The place on the given cage of a point of a cell.
+/// The place on a mesh of quads of a point of a cell.
 /// @param cell  as in Block::cells
 /// @param i,j   from the cell's lowest i and j, 0 to 1
+subd::Location place_in_face(const mesh::Topology& topology, mesh::CornerId cell, double i,
+                             double j);
+/// The same place on the given cage.
 subd::Location place_on_given(const BlockLayout& layout, mesh::CornerId cell, double i, double j);
 
 /// Per edge the one or two places where it is used, in the order of blocks.
