@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -32,6 +33,24 @@ py::array_t<T> take(Container&& values, std::vector<py::ssize_t> shape) {
 inline py::array_t<double> take(geom::Points&& points) {
     const py::ssize_t rows = points.rows();
     return take<double>(std::move(points), {rows, 3});
+}
+
+/// The same memory, which it keeps: n x 3.
+/// @throw UsageError when the array is not n x 3
+inline Doubles view(const Doubles& values) {
+    if (values.ndim() != 2 || values.shape(1) != 3)
+        throw base::UsageError("points are an array of shape (n, 3)");
+    return Doubles({values.shape(0), values.shape(1)}, values.data(), values);
+}
+
+/// An array that cannot be written to, of values that belong to `owner`.
+template <class T, class Owner>
+py::array_t<T> view(std::span<const T> values, std::shared_ptr<Owner> owner) {
+    auto* held = new std::shared_ptr<Owner>(std::move(owner));
+    const py::capsule keeper(held, [](void* p) { delete static_cast<std::shared_ptr<Owner>*>(p); });
+    py::array_t<T> array(py::ssize_t(values.size()), values.data(), keeper);
+    array.attr("flags").attr("writeable") = false;
+    return array;
 }
 
 template <class T, int flags>

@@ -52,8 +52,8 @@ void add_tags(mesh::TopologyInput& input, const Tags& tags) {
 PyCage build(const Doubles& points, const Integers& sizes, const Integers& vertices,
              const Tags& tags, std::vector<std::string> group_names, const Integers& groups) {
     mesh::TopologyInput input;
-    geom::Points control = points_of(points);
-    input.vertex_count = int(control.rows());
+    check_columns(points, "points", 3);
+    input.vertex_count = int(points.shape(0));
     const auto copy = [](const Integers& from, std::vector<int>& to) {
         to.assign(from.data(), from.data() + from.size());
     };
@@ -74,7 +74,9 @@ PyCage build(const Doubles& points, const Integers& sizes, const Integers& verti
         if (group < -1 || group >= int(input.group_names.size()))
             throw base::UsageError("group " + std::to_string(group) + " has no name");
     add_tags(input, tags);
-    return PyCage(mesh::build_cage(std::move(input), std::move(control)).cage);
+    mesh::BuildResult built = mesh::build_cage(std::move(input), points_of(points));
+    if (built.removed_vertices > 0) return PyCage(std::move(built.cage));
+    return {std::move(built.cage.topology), points};
 }
 
 PyCage read_cage(const std::filesystem::path& file, const std::string& unit) {
@@ -94,15 +96,11 @@ void write_cage(const PyCage& cage, const std::filesystem::path& file, const std
 
 py::tuple faces(const PyCage& cage) {
     const mesh::Topology& topology = cage.topology();
-    std::vector<std::int32_t> sizes, vertices;
-    for (const mesh::FaceId f : topology.faces()) {
-        sizes.push_back(topology.size(f));
-        for (const mesh::CornerId c : topology.corners(f))
-            vertices.push_back(topology.vertex(c).value);
-    }
-    const auto count = py::ssize_t(sizes.size()), corners = py::ssize_t(vertices.size());
-    return py::make_tuple(take<std::int32_t>(std::move(sizes), {count}),
-                          take<std::int32_t>(std::move(vertices), {corners}));
+    std::vector<std::int32_t> sizes;
+    for (const mesh::FaceId f : topology.faces()) sizes.push_back(topology.size(f));
+    const auto count = py::ssize_t(sizes.size());
+    py::array vertices = view(topology.face_vertices(), cage.shared_topology());
+    return py::make_tuple(take<std::int32_t>(std::move(sizes), {count}), std::move(vertices));
 }
 
 py::tuple creases(const PyCage& cage) {
@@ -205,14 +203,33 @@ PyCage refined_cage(const PyCage& cage, int levels) {
 
 }  // namespace
 
+PyCage::PyCage(mesh::Cage cage)
+    : topology_(std::move(cage.topology)), points_(take(std::move(cage.points))) {}
+
+PyCage::PyCage(std::shared_ptr<const mesh::Topology> topology, const Doubles& points)
+    : topology_(std::move(topology)), points_(view(points)) {
+    if (points_.shape(0) != topology_->vertex_count())
+        throw base::UsageError(std::to_string(points_.shape(0)) + " points for " +
+                               std::to_string(topology_->vertex_count()) + " vertices");
+}
+
 mesh::Cage PyCage::checked() const {
-    if (!(cage_.points.array().abs() <= geom::largest_coordinate).all())
+    geom::Points points = points_of(points_);
+    if (!(points.array().abs() <= geom::largest_coordinate).all())
         throw base::UsageError("a point of the cage is not finite");
-    return cage_;
+    return {topology_, std::move(points)};
+}
+
+Doubles PyCage::points() const { return view(points_); }
+
+PyCage PyCage::with_points(const Doubles& points) const {
+    PyCage other(topology_, points);
+    other.evaluator_ = evaluator_;
+    return other;
 }
 
 std::shared_ptr<const subd::LimitEvaluator> PyCage::evaluator() {
-    if (!evaluator_) evaluator_ = std::make_shared<const subd::LimitEvaluator>(cage_.topology);
+    if (!evaluator_) evaluator_ = std::make_shared<const subd::LimitEvaluator>(topology_);
     return evaluator_;
 }
 
@@ -231,22 +248,10 @@ void bind_cage(py::module_& module) {
             })
         .def_static("read", read_cage)
         .def("write", write_cage)
-        .def("copy", [](const PyCage& cage) { return PyCage(cage.checked()); })
-        .def("with_points",
-             [](const PyCage& cage, const Doubles& values) {
-                 geom::Points points = points_of(values);
-                 if (points.rows() != cage.topology().vertex_count())
-                     throw base::UsageError(std::to_string(points.rows()) + " points for " +
-                                            std::to_string(cage.topology().vertex_count()) +
-                                            " vertices");
-                 return PyCage({cage.shared_topology(), std::move(points)});
-             })
-        .def_property_readonly(
-            "points",
-            [](py::object self) {
-                geom::Points& points = self.cast<PyCage&>().points();
-                return py::array_t<double>({points.rows(), Eigen::Index(3)}, points.data(), self);
-            })
+        .def("copy",
+             [](const PyCage& cage) { return cage.with_points(take(cage.checked().points)); })
+        .def("with_points", &PyCage::with_points)
+        .def_property_readonly("points", &PyCage::points)
         .def("faces", faces)
         .def("creases", creases)
         .def("corners", corners)

@@ -10,23 +10,31 @@
 
 namespace patchwright::python {
 
-/// A cage whose points Python may change in place.
+/// A cage whose points are an array that Python may change in place.
 class PyCage {
   public:
-    explicit PyCage(mesh::Cage cage) : cage_(std::move(cage)) {}
+    explicit PyCage(mesh::Cage cage);
+    /// With the memory of `points`, n x 3, which is not copied.
+    /// @throw UsageError when these are not as many as the topology has vertices
+    PyCage(std::shared_ptr<const mesh::Topology> topology, const Doubles& points);
 
+    /// A copy that calls use while other threads may change the points.
     /// @throw UsageError when Python has left points that are not finite
     [[nodiscard]] mesh::Cage checked() const;
-    [[nodiscard]] const mesh::Topology& topology() const { return *cage_.topology; }
-    [[nodiscard]] geom::Points& points() { return cage_.points; }
+    [[nodiscard]] const mesh::Topology& topology() const { return *topology_; }
     [[nodiscard]] const std::shared_ptr<const mesh::Topology>& shared_topology() const {
-        return cage_.topology;
+        return topology_;
     }
-    /// Made once; cages of one topology do not share it.
+    /// A view of the points' memory, which it keeps.
+    [[nodiscard]] Doubles points() const;
+    /// The same connectivity, and what is made of it, with other points, which are not copied.
+    [[nodiscard]] PyCage with_points(const Doubles& points) const;
+    /// Made once.
     [[nodiscard]] std::shared_ptr<const subd::LimitEvaluator> evaluator();
 
   private:
-    mesh::Cage cage_;
+    std::shared_ptr<const mesh::Topology> topology_;
+    Doubles points_;  // a view of its own: callers may change the shape of theirs
     std::shared_ptr<const subd::LimitEvaluator> evaluator_;
 };
 

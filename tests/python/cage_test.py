@@ -35,18 +35,56 @@ class Arrays(ModuleTest):
         self.assertEqual(copy.summary, cage.summary)
 
     def test_points_are_no_copy(self):
-        cage = pw.Cage(CUBE_POINTS, CUBE_FACES)
+        given = CUBE_POINTS.copy()
+        cage = pw.Cage(given, CUBE_FACES)
         view = cage.points
-        self.assertTrue(np.shares_memory(view, cage.points))
-        view[0] = [-3, -3, -3]
+        for array in (given, view, cage.points):
+            self.assertTrue(np.shares_memory(array, cage.points))
+        given[0] = [-3, -3, -3]
         self.assertEqual(list(cage.points[0]), [-3, -3, -3])
+        np.testing.assert_array_equal(cage.evaluate([0], [[0, 0]]), pw.Cage(given.copy(), CUBE_FACES).evaluate([0], [[0, 0]]))
         cage.points *= 2
         self.assertEqual(list(view[0]), [-6, -6, -6])
-        del cage
+        self.assertEqual(list(given[0]), [-6, -6, -6])
+        given.shape = (4, 6)  # of the caller's array alone
+        self.assertEqual(cage.points.shape, (8, 3))
+        view.shape = (6, 4)
+        self.assertEqual(cage.copy().points.shape, (8, 3))
+        address = view.ctypes.data
+        del cage, given
         self.assertEqual(view[0, 0], -6)  # the view keeps what it looks at
+        self.assertEqual(view.ctypes.data, address)
+        # Results of the library are not copied either.
+        points = pw.Cage.read(WING / "wing_cage.obj").points
+        self.assertFalse(points.flags.owndata)
+        self.assertGreater(len(points), 0)
+
+    def test_what_is_copied(self):
+        fixed = CUBE_POINTS.copy()
+        fixed.flags.writeable = False
+        for given in (fixed, CUBE_POINTS.astype(np.float32), np.asfortranarray(CUBE_POINTS), CUBE_POINTS.copy()[::-1], CUBE_POINTS.tolist()):
+            cage = pw.Cage(given, CUBE_FACES)
+            self.assertFalse(np.shares_memory(np.asarray(given), cage.points))
+            cage.points[0] = 9
+            self.assertTrue((np.asarray(given) != 9).all())
+        # An inner vertex with two faces goes: there are other points.
+        points = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [1, 0, 0], [1, 2, 0], [1, 1, 0]], float)
+        less = pw.Cage(points, [[0, 4, 6, 5, 3], [4, 1, 2, 5, 6]])
+        self.assertEqual(less.points.tolist(), points[:6].tolist())
+        self.assertFalse(np.shares_memory(points, less.points))
+
+    def test_faces_are_no_copy(self):
+        cage = pw.Cage(CUBE_POINTS.copy(), CUBE_FACES)
+        faces = cage.faces
+        self.assertTrue(np.shares_memory(faces, cage.faces))
+        self.assertTrue(np.shares_memory(faces, cage.copy().faces))
+        with self.assertRaises(ValueError):
+            faces[0, 0] = 1
+        del cage
+        self.assertEqual(faces.tolist(), CUBE_FACES.tolist())
 
     def test_copies_are_independent(self):
-        cage = pw.Cage(CUBE_POINTS, CUBE_FACES)
+        cage = pw.Cage(CUBE_POINTS.copy(), CUBE_FACES)
         other, third = cage.copy(), cage.with_points(CUBE_POINTS + 1)
         cage.points[:] = 0
         self.assertTrue((other.points == CUBE_POINTS).all())

@@ -96,6 +96,8 @@ class Topology {
     [[nodiscard]] int size(FaceId f) const { return corners(f).size(); }
 
     [[nodiscard]] VertexId vertex(CornerId c) const { return VertexId{corner_vertex_[c.index()]}; }
+    /// Of all corners, face after face.
+    [[nodiscard]] std::span<const std::int32_t> face_vertices() const { return corner_vertex_; }
     [[nodiscard]] EdgeId edge(CornerId c) const { return EdgeId{corner_edge_[c.index()]}; }
     [[nodiscard]] FaceId face(CornerId c) const { return FaceId{corner_face_[c.index()]}; }
     [[nodiscard]] CornerId next(CornerId c) const {

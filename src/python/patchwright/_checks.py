@@ -136,6 +136,11 @@ def floats(values: object, name: str, columns: int | None = None, finite: bool =
     return result
 
 
+def shared_floats(values: object, name: str, columns: int | None = None) -> Floats:
+    """The same for what is kept and may be written to."""
+    return np.require(floats(values, name, columns), requirements=["C", "A", "W"])
+
+
 def indices(values: object, name: str, columns: int | None = None, end: int = 2**31, begin: int = 0) -> Indices:
     """Contiguous int32 of shape (n,) or (n, columns), from begin to below end."""
     array = _array(values, name)

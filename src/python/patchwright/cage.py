@@ -34,7 +34,7 @@ def _split_faces(faces: object, given_sizes: object) -> tuple[Indices, Indices]:
 class Cage:
     """A Catmull-Clark control mesh: connectivity with tags, and one point a vertex, in millimetres.
 
-    points: (n, 3), finite.
+    points: (n, 3), finite. A contiguous, writeable float64 array is not copied: cage and caller share it.
     faces: (m, k) vertex numbers from 0, counter-clockwise seen from outside; or rows of different lengths; or with
         sizes (m,) the vertices of all faces one after the other (sum of sizes,): see polygons.
     creases: (c, 2) vertex numbers of edges; crease_sharpness: (c,), or one for all; infinite by default.
@@ -60,7 +60,7 @@ class Cage:
         tip_sharpness = _sharpness(corner_sharpness, "corner_sharpness", len(tips))
         numbers = _checks.indices(groups, "groups", begin=-1)
         self._held = _core.Cage.build(
-            _checks.floats(points, "points", 3), face_sizes, vertices, edges, edge_sharpness, tips, tip_sharpness,
+            _checks.shared_floats(points, "points", 3), face_sizes, vertices, edges, edge_sharpness, tips, tip_sharpness,
             _checks.indices(pins, "pins"), _checks.flag(boundary_corners, "boundary_corners"),
             _checks.texts(group_names, "group_names"), numbers)
 
@@ -84,7 +84,7 @@ class Cage:
 
     @property
     def points(self) -> Floats:
-        """(n, 3) control points in millimetres: a view of the cage's own, which may be changed in place."""
+        """(n, 3) control points in millimetres: a view without a copy, which may be changed in place."""
         return self._held.points
 
     @points.setter
@@ -96,7 +96,7 @@ class Cage:
 
     @property
     def faces(self) -> Indices:
-        """(m, 4) vertex numbers. Raises UsageError where a face is no quad: see polygons."""
+        """(m, 4) vertex numbers: a read-only view without a copy. Raises UsageError where a face is no quad: see polygons."""
         sizes, vertices = self.polygons
         if (sizes != 4).any():
             raise UsageError(f"face {int(np.argmax(sizes != 4))} is no quad; use polygons")
@@ -104,7 +104,7 @@ class Cage:
 
     @property
     def polygons(self) -> tuple[Indices, Indices]:
-        """Sizes of the faces (m,), and their vertices one after the other."""
+        """Sizes of the faces (m,), and their vertices one after the other, these as a read-only view without a copy."""
         return self._held.faces()
 
     @property
@@ -138,8 +138,8 @@ class Cage:
         return Cage._of(self._held.copy())
 
     def with_points(self, points: npt.ArrayLike) -> Cage:
-        """The same connectivity with other points (n, 3)."""
-        return Cage._of(self._held.with_points(_checks.floats(points, "points", 3)))
+        """The same connectivity with other points (n, 3), not copied where Cage() would not."""
+        return Cage._of(self._held.with_points(_checks.shared_floats(points, "points", 3)))
 
     def refined(self, levels: int = 1) -> Cage:
         """After so many Catmull-Clark steps: another cage of the same limit surface."""
