@@ -1,14 +1,12 @@
-#include "grid_rules.h"
-
 #include <patchwright/base/error.h>
+#include <patchwright/grid/rules.h>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <fstream>
 #include <limits>
 
-namespace patchwright::cli {
+namespace patchwright::grid {
 
 namespace {
 
@@ -23,7 +21,7 @@ struct Picked {
     bool from_last = false;
 };
 
-Picked pick(const grid::Plan& plan, const geom::Vec3& at) {
+Picked pick(const Plan& plan, const geom::Vec3& at) {
     Picked picked;
     double nearest = std::numeric_limits<double>::infinity();
     for (std::size_t e = 0; e < plan.edges.size(); ++e) {
@@ -37,7 +35,7 @@ Picked pick(const grid::Plan& plan, const geom::Vec3& at) {
     return picked;
 }
 
-grid::EdgeRule read_rule(const json& rule, const grid::Plan& plan, double scale, double diagonal) {
+EdgeRule read_rule(const json& rule, const Plan& plan, double scale, double diagonal) {
     if (!rule.is_object()) throw base::UsageError("is no object");
     for (const auto& [key, value] : rule.items()) {
         if (key != "at" && key != "only" && key != "cells" && key != "spacing" && key != "near" &&
@@ -54,10 +52,13 @@ grid::EdgeRule read_rule(const json& rule, const grid::Plan& plan, double scale,
         if (!rule.contains(key)) return std::nullopt;
         return base::parse_length(rule.at(key).get<std::string>()).in_millimetres(diagonal);
     };
-    const Picked picked =
-        pick(plan, scale * geom::Vec3(at->at(0).get<double>(), at->at(1).get<double>(),
-                                      at->at(2).get<double>()));
-    grid::EdgeRule result{.edge = picked.edge, .connected = !rule.value("only", false)};
+    const geom::Vec3 point = scale * geom::Vec3(at->at(0).get<double>(), at->at(1).get<double>(),
+                                                at->at(2).get<double>());
+    if (!(point.cwiseAbs().maxCoeff() <= geom::largest_coordinate))
+        throw base::UsageError(
+            fmt::format("has a coordinate above {:g}", geom::largest_coordinate));
+    const Picked picked = pick(plan, point);
+    EdgeRule result{.edge = picked.edge, .connected = !rule.value("only", false)};
     if (rule.contains("cells")) result.cells = rule.at("cells").get<int>();
     if (rule.contains("spacing")) {
         const auto name = rule.at("spacing").get<std::string>();
@@ -75,39 +76,34 @@ grid::EdgeRule read_rule(const json& rule, const grid::Plan& plan, double scale,
 
 }  // namespace
 
-const std::map<std::string, grid::Law>& spacing_laws() {
-    static const std::map<std::string, grid::Law> laws{{"uniform", grid::Law::Uniform},
-                                                       {"geometric", grid::Law::Geometric},
-                                                       {"tanh", grid::Law::Tanh},
-                                                       {"cosine", grid::Law::Cosine}};
+const std::map<std::string, Law>& spacing_laws() {
+    static const std::map<std::string, Law> laws{{"uniform", Law::Uniform},
+                                                 {"geometric", Law::Geometric},
+                                                 {"tanh", Law::Tanh},
+                                                 {"cosine", Law::Cosine}};
     return laws;
 }
 
-std::vector<grid::EdgeRule> read_grid_rules(const std::filesystem::path& file,
-                                            const grid::BlockLayout& layout, base::LengthUnit unit,
-                                            double diagonal_mm) {
-    std::ifstream stream(file);
-    if (!stream) throw base::InputError(fmt::format("{}: cannot be read", file.string()));
-    std::vector<grid::EdgeRule> rules;
+std::vector<EdgeRule> parse_rules(std::string_view text, const BlockLayout& layout,
+                                  base::LengthUnit unit, double diagonal_mm) {
+    std::vector<EdgeRule> rules;
     try {
-        const json content = json::parse(stream);
-        if (!content.is_array()) throw base::UsageError("no array of rules");
-        const grid::Plan plan = grid::make_plan(layout, {.cells = points_an_edge});
+        const json content = json::parse(text);
+        if (!content.is_array()) throw base::InputError("no array of rules");
+        const Plan plan = make_plan(layout, {.cells = points_an_edge});
         for (const json& rule : content) {
             try {
                 rules.push_back(read_rule(rule, plan, base::millimetres_per(unit), diagonal_mm));
             } catch (const json::exception& error) {
-                throw base::UsageError(fmt::format("rule {}: {}", rules.size() + 1, error.what()));
+                throw base::InputError(fmt::format("rule {}: {}", rules.size() + 1, error.what()));
             } catch (const base::UsageError& error) {
-                throw base::UsageError(fmt::format("rule {} {}", rules.size() + 1, error.what()));
+                throw base::InputError(fmt::format("rule {} {}", rules.size() + 1, error.what()));
             }
         }
     } catch (const json::exception& error) {
-        throw base::InputError(fmt::format("{}: no JSON: {}", file.string(), error.what()));
-    } catch (const base::UsageError& error) {
-        throw base::InputError(fmt::format("{}: {}", file.string(), error.what()));
+        throw base::InputError(fmt::format("no JSON: {}", error.what()));
     }
     return rules;
 }
 
-}  // namespace patchwright::cli
+}  // namespace patchwright::grid

@@ -5,6 +5,8 @@
 #include "options.h"
 
 #include <patchwright/grid/layers.h>
+#include <patchwright/grid/rules.h>
+#include <patchwright/grid/size_field.h>
 #include <patchwright/grid/write.h>
 #include <patchwright/report/run_report.h>
 #include <patchwright/subd/normal_control.h>
@@ -19,6 +21,8 @@
 namespace patchwright::python {
 
 namespace {
+
+constexpr int most_grid_levels = 16;
 
 double length_or(const Options& options, const char* name, double diagonal, double otherwise) {
     const std::optional<std::string> text = options.text(name);
@@ -37,11 +41,11 @@ grid::BorderCluster parse_cluster(const std::string& text, double diagonal) {
 
 grid::PlanOptions plan_options(const Options& options, double diagonal) {
     using grid::Law;
-    constexpr int most_points = 1 << 20, most_levels = 16, usual_points = 17;
+    constexpr int most_points = 1 << 20, usual_points = 17;
     grid::PlanOptions plan{
         .size_mm = length_or(options, "size", diagonal, 0.0),
         .cells = options.integer("points", 2, most_points).value_or(usual_points) - 1,
-        .levels = options.integer("levels", 0, most_levels).value_or(0),
+        .levels = options.integer("levels", 0, most_grid_levels).value_or(0),
         .law = options.choice<Law>("spacing", {{"uniform", Law::Uniform},
                                                {"geometric", Law::Geometric},
                                                {"tanh", Law::Tanh},
@@ -70,21 +74,58 @@ std::optional<grid::LayerOptions> layer_options(const Options& options, double d
                               .thickness_mm = length_or(options, "thickness", diagonal, 0.0)};
 }
 
+/// Rows of x, y, z and a size, in millimetres.
+std::optional<grid::SizeField> size_field(const Options& options) {
+    const std::optional<Doubles> rows = options.doubles("size_field");
+    if (!rows) return std::nullopt;
+    if (rows->ndim() != 2 || rows->shape(1) != 4 || rows->shape(0) == 0)
+        throw base::UsageError("size_field: rows of x, y, z and a size are needed");
+    if (options.integer("levels", 0, most_grid_levels).value_or(0) > 0)
+        throw base::UsageError(
+            "size_field and levels do not go together: halved cells are no multiples");
+    const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>> table(
+        rows->data(), rows->shape(0), 4);
+    for (Eigen::Index i = 0; i < table.rows(); ++i)
+        if (!(table(i, 3) > 0.0))
+            throw base::UsageError(
+                fmt::format("size_field: size {} is {}; it must be positive", i, table(i, 3)));
+    return grid::SizeField(table.leftCols<3>(),
+                           std::vector<double>(table.col(3).begin(), table.col(3).end()));
+}
+
 /// A grid's points, with the plan that they belong to.
 struct Grid {
     grid::Plan plan;
     std::unique_ptr<grid::BlockSource> points;
 };
 
-std::unique_ptr<Grid> make_grid(const mesh::Cage& cage, grid::BlockCovering covering, bool join,
-                                const grid::PlanOptions& wanted, int coarsen,
-                                const std::optional<grid::LayerOptions>& layers) {
-    grid::BlockLayout layout = grid::make_layout(subd::control_normals(cage), covering);
-    if (join) layout = grid::join_all(layout);
+struct GridOptions {
+    grid::BlockCovering covering = grid::BlockCovering::Groups;
+    bool join = false;
+    grid::PlanOptions plan;
+    std::string rules;  ///< JSON
+    double diagonal_mm = 0.0;
+    int coarsen = 0;
+    std::optional<grid::SizeField> sizes;
+    std::optional<grid::LayerOptions> layers;
+};
+
+std::unique_ptr<Grid> make_grid(const mesh::Cage& cage, GridOptions wanted) {
+    grid::BlockLayout layout = grid::make_layout(subd::control_normals(cage), wanted.covering);
+    if (wanted.join) layout = grid::join_all(layout);
+    if (!wanted.rules.empty()) {
+        try {
+            wanted.plan.rules = grid::parse_rules(wanted.rules, layout,
+                                                  base::LengthUnit::Millimetre, wanted.diagonal_mm);
+        } catch (const base::InputError& error) {
+            throw base::UsageError(std::string("rules: ") + error.what());
+        }
+    }
     auto made = std::make_unique<Grid>();
-    made->plan = grid::coarsened(grid::make_plan(layout, wanted), coarsen);
-    if (layers)
-        made->points = std::make_unique<grid::LayerGrid>(made->plan, *layers);
+    made->plan = grid::coarsened(grid::make_plan(layout, wanted.plan), wanted.coarsen);
+    if (wanted.sizes) made->plan = grid::refined(made->plan, *wanted.sizes);
+    if (wanted.layers)
+        made->points = std::make_unique<grid::LayerGrid>(made->plan, *wanted.layers);
     else
         made->points = std::make_unique<grid::SurfaceGrid>(made->plan);
     return made;
@@ -117,18 +158,20 @@ struct Planned {
 Planned plan_grid(const mesh::Cage& cage, const Options& options, Call& call) {
     using grid::BlockCovering;
     const double diagonal = geom::bounding_box(cage.points).diagonal();
-    const grid::PlanOptions plan = plan_options(options, diagonal);
-    std::optional<grid::LayerOptions> layers = layer_options(options, diagonal);
-    if (layers) layers->progress = call.progress();
-    const int coarsen = options.integer("coarsen", 0, plan.levels).value_or(0);
-    const auto covering =
-        options.choice<BlockCovering>("blocks", {{"groups", BlockCovering::Groups},
-                                                 {"charts", BlockCovering::Charts},
-                                                 {"faces", BlockCovering::Faces}});
-    const bool join = options.flag("join");
-    return {
-        call.run("cage", [&] { return make_grid(cage, covering, join, plan, coarsen, layers); }),
-        layers.has_value()};
+    GridOptions wanted{
+        .covering = options.choice<BlockCovering>("blocks", {{"groups", BlockCovering::Groups},
+                                                             {"charts", BlockCovering::Charts},
+                                                             {"faces", BlockCovering::Faces}}),
+        .join = options.flag("join"),
+        .plan = plan_options(options, diagonal),
+        .rules = options.text("rules").value_or(""),
+        .diagonal_mm = diagonal,
+        .sizes = size_field(options),
+        .layers = layer_options(options, diagonal)};
+    wanted.coarsen = options.integer("coarsen", 0, wanted.plan.levels).value_or(0);
+    if (wanted.layers) wanted.layers->progress = call.progress();
+    const bool is_volume = wanted.layers.has_value();
+    return {call.run("cage", [&] { return make_grid(cage, std::move(wanted)); }), is_volume};
 }
 
 py::list grid_blocks(const PyCage& given, const py::dict& named, py::object progress) {

@@ -5,6 +5,7 @@
 #include "grids.h"
 #include "model.h"
 #include "runs.h"
+#include "transfer.h"
 
 #include <patchwright/base/parallel.h>
 #include <patchwright/base/version.h>
@@ -18,6 +19,7 @@ PYBIND11_MODULE(_core, module) {
     python::bind_model(module);
     python::bind_runs(module);
     python::bind_grids(module);
+    python::bind_transfer(module);
     module.def("version", [] { return std::string(base::version()); });
     module.def("thread_count", &base::thread_count);
     module.def("set_thread_count", [](int threads) {

@@ -48,15 +48,24 @@ std::vector<std::string> Options::texts(const char* name) const {
     return given.cast<std::vector<std::string>>();
 }
 
+std::optional<Doubles> Options::doubles(const char* name) const {
+    const py::object given = value(name);
+    if (given.is_none()) return std::nullopt;
+    return given.cast<Doubles>();
+}
+
 std::vector<std::pair<std::string, std::string>> Options::listed(const std::string& command) const {
     std::vector<std::pair<std::string, std::string>> all{{"command", command}};
     for (const auto& [key, given] : values_) {
         if (given.is_none()) continue;
         std::string name = py::str(key).cast<std::string>();
         std::replace(name.begin(), name.end(), '_', '-');
-        const bool is_flag = py::isinstance<py::bool_>(given);
-        all.emplace_back(name, is_flag ? (given.cast<bool>() ? "true" : "false")
-                                       : py::str(given).cast<std::string>());
+        const std::string shown = py::str(given).cast<std::string>();
+        const bool is_flag = py::isinstance<py::bool_>(given),
+                   is_array = py::isinstance<py::array>(given);
+        all.emplace_back(name, is_flag    ? (given.cast<bool>() ? "true" : "false")
+                               : is_array ? fmt::format("{} points", py::len(given))
+                                          : shown);
     }
     return all;
 }

@@ -1,6 +1,8 @@
 // The options of a call by name, as Python gives them; errors are those of the command line.
 #pragma once
 
+#include "arrays.h"
+
 #include <patchwright/base/error.h>
 
 #include <pybind11/pybind11.h>
@@ -26,6 +28,7 @@ class Options {
     [[nodiscard]] std::optional<double> number(const char* name, double least, double most) const;
     [[nodiscard]] std::optional<int> integer(const char* name, int least, int most) const;
     [[nodiscard]] std::vector<std::string> texts(const char* name) const;
+    [[nodiscard]] std::optional<Doubles> doubles(const char* name) const;
 
     /// @throw UsageError when it is none of the words
     template <class Enum>

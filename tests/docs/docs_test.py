@@ -111,12 +111,15 @@ class Guide(CliTest):
     def test_page_grid(self):
         self.follow("tutorials/grid.rst")
 
+    def test_page_changes(self):
+        self.follow("tutorials/changes.rst")
+
     def test_page_python(self):
         self.follow("tutorials/python.rst")
 
     def test_options(self):
         """Options that the text names, apart from commands, are those of the program."""
-        known = {option for name in ("convert", "compare", "inspect", "grid", "export", "fit", "cage", "eval")
+        known = {option for name in ("convert", "compare", "inspect", "grid", "export", "fit", "refit", "morph", "cage", "eval")
                  for option in re.findall(r"--[\w-]+", subprocess.run([PATCHWRIGHT, "help", name], capture_output=True, text=True).stdout)}
         for page in DOCS.rglob("*.rst"):
             for option in re.findall(r"``(--[\w-]+)", page.read_text()):

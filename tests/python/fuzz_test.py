@@ -35,6 +35,7 @@ WRONG.append(Array())
 def good_calls(folder):
     """Function and arguments that are right, of every kind of call; cheap ones."""
     cage, wing = pw.Cage(CUBE_POINTS, CUBE_FACES), pw.read(SAMPLES / "cages" / "cube.obj")
+    transfer = pw.PointTransfer(CUBE_POINTS, cage)
     places = {"faces": [0, 5], "uv": [[0.5, 0.5], [0, 1]]}
     return [
         (pw.Cage, {"points": CUBE_POINTS, "faces": CUBE_FACES, "creases": [[0, 1]], "crease_sharpness": 2.0,
@@ -63,7 +64,12 @@ def good_calls(folder):
         (pw.refit, {"cage": SAMPLES / "cages" / "cube.obj", "model": wing, "output": folder / "a.step", "tolerance": 1.0,
                     "time_limit": 5.0, "symmetry": "none", "progress": None, "cancel": None}),
         (pw.grid, {"cage": cage, "output": folder / "a.xyz", "points": 3, "levels": 0, "spacing": "uniform",
-                   "layers": 1, "layer_height": 0.1, "growth": 1.2, "form": "ascii", "clusters": []}),
+                   "layers": 1, "layer_height": 0.1, "growth": 1.2, "form": "ascii", "clusters": [],
+                   "rules": [{"at": [0, 0, 0], "cells": 3}], "size_field": [[0, 0, 0, 1.0]]}),
+        (pw.PointTransfer, {"points": CUBE_POINTS, "targets": cage}),
+        (transfer.apply, {"values": CUBE_POINTS}),
+        (transfer.apply_transposed, {"values": CUBE_POINTS}),
+        (pw.morph, {"cage": cage, "transfer": transfer, "displacements": CUBE_POINTS}),
         (pw.grid_blocks, {"cage": cage, "points": 3, "blocks": "faces", "join": True, "curvature": False}),
         (pw.set_thread_count, {"threads": 2}),
     ]

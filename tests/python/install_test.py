@@ -5,10 +5,13 @@ install_test.py PATCHWRIGHT SAMPLES_DIR BUILD
 import importlib.util
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import sysconfig
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "package"))
+import install_page
 from module import SAMPLES, WING, ModuleTest, main, skip
 
 SOURCES = SAMPLES.parent / "src" / "python"
@@ -34,6 +37,24 @@ class Install(ModuleTest):
         place, sentence = told.stdout.splitlines()
         self.assertEqual(pathlib.Path(place), found[0])
         self.assertTrue(sentence.startswith("met 1e-4: one closed valid solid"), sentence)
+
+    def test_the_page(self):
+        """What src/docs/install.rst says, from the build that there is."""
+        if importlib.util.find_spec("ensurepip") is None:
+            self.skipTest("SKIPPED: no python3-venv")
+        for name in ("src", "samples", "tools"):
+            (self.folder / name).symlink_to(SOURCES.parents[1] / name)
+        environment = {**os.environ, "PATCHWRIGHT_BUILD": sys.argv[3], "PATH": f"{os.path.dirname(sys.executable)}:{os.environ['PATH']}"}
+        environment.pop("PYTHONPATH")
+
+        def run(text):
+            text = re.sub("^tools/install-packages.*\n", "", text)
+            done = subprocess.run(["bash", "-euo", "pipefail", "-c", text], cwd=self.folder, env=environment, text=True,
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+            self.assertEqual(done.returncode, 0, done.stdout)
+            return done.stdout
+
+        install_page.follow(self, run, ["Python by itself"])
 
     def test_cmake(self):
         subprocess.run(["cmake", "--install", sys.argv[3], "--prefix", str(self.folder)], check=True,

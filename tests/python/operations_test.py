@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -79,6 +80,65 @@ class AsTheCommandLine(ModuleTest):
                                     "--layer-height", "0.5mm"))
         self.assertEqual((self.folder / "a.xyz").read_bytes(), (self.folder / "b.xyz").read_bytes())
 
+    def test_grid_rules_and_sizes(self):
+        cage, a, b = WING / "wing_cage.obj", self.folder / "a.xyz", self.folder / "b.xyz"
+        rules = [{"at": [1000, 0, 0], "cells": 28, "spacing": "tanh", "near": "0.5mm"}]
+        (self.folder / "rules.json").write_text(json.dumps(rules))
+        sizes = np.array([[0, 0, 0, 5], [1000, 500, 0, 40.5]])
+        np.savetxt(self.folder / "sizes.csv", sizes, delimiter=",")
+        report = self.report("grid", cage, "-o", a, "--rules", self.folder / "rules.json", "--size-field", self.folder / "sizes.csv")
+        for given in (rules, self.folder / "rules.json"):
+            self.check_same(pw.grid(cage, b, rules=given, size_field=sizes), report)
+            self.assertEqual(a.read_bytes(), b.read_bytes())
+        self.assertGreater(report["grid"]["points"], pw.grid(cage, b).report["grid"]["points"])
+        blocks = pw.grid_blocks(cage, rules=rules, size_field=sizes.tolist())
+        self.assertEqual(sum(block.size for block in blocks.values()), 3 * report["grid"]["points"])
+        for wrong, part in (({"rules": [{"at": [0, 0, 0], "size": 3}]}, "rules: rule 1 has an unknown key 'size'"),
+                            ({"rules": [{"at": [0, 0, 1e301]}]}, "rule 1 has a coordinate above"),
+                            ({"rules": [object()]}, "a sequence of dictionaries"), ({"rules": "{"}, "cannot be read"),
+                            ({"size_field": [[0, 0, 0, -1]]}, "size 0 is -1; it must be positive"),
+                            ({"size_field": []}, "rows of x, y, z and a size"),
+                            ({"size_field": [[0, 0, 0, 1]], "levels": 1}, "do not go together")):
+            with self.assertRaisesRegex(pw.PatchwrightError, part):
+                pw.grid_blocks(cage, **wrong)
+
+    def test_morph(self):
+        """Affine motions exactly; cages and forces as the command line's, and their work."""
+        cage = pw.Cage.read(WING / "wing_cage.obj")
+        rng = np.random.default_rng(11)
+        low, high = cage.points.min(axis=0), cage.points.max(axis=0)
+        points = low + (high - low) * rng.random((60, 3))
+        matrix, shift = np.eye(3) + 0.1 * rng.standard_normal((3, 3)), [3, -2, 1]
+        transfer = pw.PointTransfer(points, cage)
+        self.assertEqual(transfer.shape, (len(cage.points), 60))
+        self.assertLess(transfer.extrapolation, 5)
+        moved = pw.morph(cage, transfer, points @ matrix + shift - points)
+        np.testing.assert_allclose(moved.points, cage.points @ matrix + shift, atol=1e-8)
+        self.assertTrue((moved.faces == cage.faces).all())
+        displacements = 0.02 * np.ptp(cage.points) * np.sin(points / 100)
+        faces, uv = np.repeat(np.arange(len(cage.faces)), 2), rng.random((2 * len(cage.faces), 2))
+        forces = rng.standard_normal((len(faces), 3))
+        for name, table in (("moves.csv", np.hstack([points, displacements])), ("forces.csv", np.hstack([faces[:, None], uv, forces]))):
+            np.savetxt(self.folder / name, table, delimiter=",", fmt="%.17g")
+        out = {name: self.folder / name for name in ("moved.obj", "carried.csv")}
+        self.report("morph", WING / "wing_cage.obj", "--displacements", self.folder / "moves.csv", "-o", out["moved.obj"],
+                    "--forces", self.folder / "forces.csv", "--forces-out", out["carried.csv"])
+        moved = pw.morph(WING / "wing_cage.obj", points, displacements)
+        moved.write(self.folder / "mine.obj")
+        self.assertEqual((self.folder / "mine.obj").read_bytes(), out["moved.obj"].read_bytes())
+        carried = transfer.apply_transposed(cage.masks(faces, uv).T @ forces)
+        told = np.loadtxt(out["carried.csv"], delimiter=",", skiprows=1)[:, 3:]
+        np.testing.assert_allclose(carried, told, atol=1e-9 * abs(told).max())
+        velocities = rng.standard_normal((60, 3))
+        surface = cage.masks(faces, uv) @ transfer.apply(velocities)
+        self.assertAlmostEqual((surface * forces).sum(), (velocities * carried).sum(), places=8)
+        for call in (lambda: pw.morph(cage, points, displacements[1:]), lambda: transfer.apply(points[1:]),
+                     lambda: transfer.apply_transposed(points), lambda: pw.morph(cage.refined(), transfer, displacements),
+                     lambda: pw.PointTransfer(points * [1, 1, 0], cage), lambda: pw.PointTransfer([[0, 0, 0]] * 5, cage),
+                     lambda: pw.morph(cage, points, 1e299 * displacements)):
+            with self.assertRaises(pw.PatchwrightError):
+                call()
+
     def test_refit(self):
         cage, words = WING / "wing_cage.obj", ("--tolerance", "1e-3rel")
         a, b = self.folder / "a.step", self.folder / "b.step"
@@ -135,6 +195,24 @@ class AsTheCommandLine(ModuleTest):
         with self.assertRaisesRegex(pw.TimeLimitError, "MISSED: the time limit"):
             pw.convert(WING / "wing.step", self.folder / "a.step", time_limit=1e-3)
         self.assertEqual(os.listdir(self.folder), [])
+
+
+class Options(ModuleTest):
+    # Of the command line alone: files that Python has as values, and what a terminal is for.
+    ELSEWHERE = {"output", "cage-out", "cad-out", "json", "report", "field", "picture", "picture-view", "picture-layer", "picture-size",
+                 "quiet", "verbose", "threads", "help", "progress", "config", "cage-unit", "time-stamp"}
+    OTHER_NAMES = {"cluster": "clusters", "plot3d": "form", "no-heal": "heal"}
+
+    def test_python_has_the_options_of_the_command_line(self):
+        import inspect
+        reading = set(inspect.signature(pw.read).parameters)
+        for command, function in (("convert", pw.convert), ("fit", pw.fit), ("refit", pw.refit), ("cage", pw.make_cage), ("export", pw.export),
+                                  ("compare", pw.compare), ("inspect", pw.inspect), ("grid", pw.grid)):
+            text = subprocess.run([PATCHWRIGHT, "help", command], capture_output=True, text=True, check=True).stdout
+            options = set(re.findall(r"^ +(?:-\w,)?--([\w-]+)", text, re.MULTILINE)) - self.ELSEWHERE
+            names = {self.OTHER_NAMES.get(option, option).replace("-", "_") for option in options}
+            known = set(inspect.signature(function).parameters) | (reading if command not in ("export", "grid") else set())
+            self.assertEqual(names - known, set(), command)
 
 
 class Shapes(ModuleTest):

@@ -1,10 +1,10 @@
 #include "checks.h"
 #include "command.h"
-#include "grid_rules.h"
 #include "table.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/grid/layers.h>
+#include <patchwright/grid/rules.h>
 #include <patchwright/grid/size_field.h>
 #include <patchwright/grid/write.h>
 #include <patchwright/measure/verdict.h>
@@ -12,6 +12,8 @@
 
 #include <fmt/format.h>
 
+#include <fstream>
+#include <iterator>
 #include <memory>
 
 namespace patchwright::cli {
@@ -57,7 +59,7 @@ grid::PlanOptions plan_options(const GridOptions& options, double diagonal) {
     grid::PlanOptions plan{.size_mm = length(options.size),
                            .cells = options.points - 1,
                            .levels = options.levels,
-                           .law = spacing_laws().at(options.law),
+                           .law = grid::spacing_laws().at(options.law),
                            .first_at_creases_mm = length(options.first_cell)};
     if (options.curvature) plan.measure = grid::Measure::Curvature;
     for (const std::string& text : options.clusters) {
@@ -84,6 +86,14 @@ grid::SizeField read_size_field(const std::string& file, base::LengthUnit unit) 
         sizes.push_back(scale * row[3]);
     }
     return {scale * table.points(0), std::move(sizes)};
+}
+
+std::vector<grid::EdgeRule> read_rules(const std::string& file, const grid::BlockLayout& layout,
+                                       base::LengthUnit unit, double diagonal) {
+    std::ifstream stream(file);
+    if (!stream) throw base::InputError(fmt::format("{}: cannot be read", file));
+    const std::string text(std::istreambuf_iterator<char>(stream), {});
+    return about_input(file, [&] { return grid::parse_rules(text, layout, unit, diagonal); });
 }
 
 void check_options(const GridOptions& options) {
@@ -132,7 +142,7 @@ int make_grid(const GridOptions& options) {
     if (options.join) layout = grid::join_all(layout);
     grid::PlanOptions wanted = plan_options(options, diagonal);
     if (!options.rules.empty()) {
-        wanted.rules = read_grid_rules(options.rules, layout, cage_unit, diagonal);
+        wanted.rules = read_rules(options.rules, layout, cage_unit, diagonal);
     }
     grid::Plan plan = about_input(options.cage, [&] {
         return grid::coarsened(grid::make_plan(layout, wanted), options.coarsen);

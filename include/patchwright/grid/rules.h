@@ -1,25 +1,26 @@
-// Rules for single block edges from a file.
+// Rules for single block edges, as text.
 #pragma once
 
 #include <patchwright/base/units.h>
 #include <patchwright/grid/plan.h>
 
-#include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 
-namespace patchwright::cli {
+#pragma GCC visibility push(default)
+namespace patchwright::grid {
 
-/// Names of spacing laws.
-const std::map<std::string, grid::Law>& spacing_laws();
+/// By their names.
+const std::map<std::string, Law>& spacing_laws();
 
 /// Reads rules: a JSON array of objects. "at": [x, y, z] (in `unit`) picks the block edge whose
 /// points come nearest; with "only": true it alone has the rule, else all edges that lines connect
 /// to it. "cells": a number; "spacing": a law's name; "near", "far": lengths of the cells at the
 /// edge's end nearer to the point and at the other one.
-/// @throw InputError when the file cannot be read or a rule is wrong, naming it
-std::vector<grid::EdgeRule> read_grid_rules(const std::filesystem::path& file,
-                                            const grid::BlockLayout& layout, base::LengthUnit unit,
-                                            double diagonal_mm);
+/// @throw InputError when it is no such array, naming the rule that is wrong
+std::vector<EdgeRule> parse_rules(std::string_view text, const BlockLayout& layout,
+                                  base::LengthUnit unit, double diagonal_mm);
 
-}  // namespace patchwright::cli
+}  // namespace patchwright::grid
+#pragma GCC visibility pop

@@ -6,14 +6,17 @@ from it, or setting the threading.Event given as cancel, ends the call with Canc
 """
 from __future__ import annotations
 
+import json
 import os
 import pathlib
-from typing import Any, Optional, Sequence, Union
+from typing import Any, Mapping, Sequence, Union
+
+import numpy.typing as npt
 
 from . import _checks, _core
 from ._checks import Event, Floats, Length, Progress
 from .cage import Cage
-from .errors import UsageError
+from .errors import InputError, UsageError
 from .model import Model, ModelLike, as_model
 from .results import Comparison, Conversion, Export, Fit, Grid, Inspection, MadeCage, Refit
 
@@ -23,6 +26,22 @@ _LENGTHS = {"tolerance", "size", "first_cell", "layer_height", "thickness"}
 _NUMBERS = {"time_limit", "target_faces", "max_levels", "samples", "cap_depth", "points", "levels", "coarsen", "layers",
             "growth"}
 _FLAGS = {"join", "curvature"}
+
+
+Rules = Union[Sequence[Mapping[str, Any]], str, "os.PathLike[str]"]
+
+
+def _rules(rules: object) -> str:
+    """As JSON."""
+    if isinstance(rules, (str, os.PathLike)):
+        try:
+            return pathlib.Path(_checks.path(rules, "rules")).read_text()
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError(f"{_checks.shown(rules)}: cannot be read: {error}") from None
+    try:
+        return json.dumps(rules)
+    except (TypeError, ValueError) as error:
+        raise UsageError(f"rules: a sequence of dictionaries is needed, not {_checks.shown(rules)}: {error}") from None
 
 
 def _options(**given: Any) -> dict[str, Any]:
@@ -35,6 +54,10 @@ def _options(**given: Any) -> dict[str, Any]:
             checked[name] = _checks.number(value, name)
         elif name in _FLAGS:
             checked[name] = _checks.flag(value, name)
+        elif name == "rules":
+            checked[name] = None if value is None else _rules(value)
+        elif name == "size_field":
+            checked[name] = None if value is None else _checks.floats(value, name, 4)
         else:
             checked[name] = _checks.texts(value, name) if name == "clusters" else _checks.text(value, name)
     return checked
@@ -155,17 +178,21 @@ def inspect(model: ModelLike, *, progress: Progress = None, cancel: Event | None
 def grid(cage: Cage | str | os.PathLike[str], output: str | os.PathLike[str], *, blocks: str = "groups",
          join: bool = False, size: Length | None = None, points: int = 17, levels: int = 0, coarsen: int = 0,
          spacing: str = "uniform", curvature: bool = False, first_cell: Length | None = None,
-         clusters: Sequence[str] = (), layers: int = 0, layer_height: Length | None = None,
+         clusters: Sequence[str] = (), rules: Rules | None = None, size_field: npt.ArrayLike | None = None, layers: int = 0, layer_height: Length | None = None,
          thickness: Length | None = None, growth: float = 1.2, unit: str = "mm", form: str = "binary",
          endian: str = "little", progress: Progress = None, cancel: Event | None = None) -> Grid:
     """Writes a block-structured grid on the limit surface, or with layers off it: .cgns, .xyz, .p3d or .vtm.
 
-    Options are those of `patchwright grid --help`. The verdict is on folded and negative cells.
+    Options are those of `patchwright grid --help`; clusters are a sequence of those texts.
+    rules: for single block edges, such as [{"at": [0, 0, 0], "cells": 40, "near": "0.1mm"}], or the file that holds them.
+    size_field: rows of x, y, z and a size, mm: cells are halved until none is longer than the size at the nearest point.
+    The verdict is on folded and negative cells.
     """
     path = _output(output, [cage])
     options = _options(blocks=blocks, join=join, size=size, points=points, levels=levels,
                              coarsen=coarsen, spacing=spacing, curvature=curvature,
-                             first_cell=first_cell, clusters=clusters, layers=layers,
+                             first_cell=first_cell, clusters=clusters, rules=rules,
+                             size_field=size_field, layers=layers,
                              layer_height=layer_height, thickness=thickness, growth=growth, unit=unit,
                              form=form, endian=endian)
     report, text = _core.grid(_cage_of(cage), os.fspath(path), options, _checks.callback(progress, cancel))
@@ -175,12 +202,14 @@ def grid(cage: Cage | str | os.PathLike[str], output: str | os.PathLike[str], *,
 def grid_blocks(cage: Cage | str | os.PathLike[str], *, blocks: str = "groups", join: bool = False,
                 size: Length | None = None, points: int = 17, levels: int = 0, coarsen: int = 0,
                 spacing: str = "uniform", curvature: bool = False, first_cell: Length | None = None,
-                clusters: Sequence[str] = (), layers: int = 0, layer_height: Length | None = None,
+                clusters: Sequence[str] = (), rules: Rules | None = None,
+                size_field: npt.ArrayLike | None = None, layers: int = 0, layer_height: Length | None = None,
                 thickness: Length | None = None, growth: float = 1.2, progress: Progress = None,
                 cancel: Event | None = None) -> dict[str, Floats]:
     """The same grid in memory: by name of its block, points of shape (ni, nj, 3), with layers (ni, nj, nk, 3), mm."""
     options = _options(blocks=blocks, join=join, size=size, points=points, levels=levels,
                              coarsen=coarsen, spacing=spacing, curvature=curvature,
-                             first_cell=first_cell, clusters=clusters, layers=layers,
+                             first_cell=first_cell, clusters=clusters, rules=rules,
+                             size_field=size_field, layers=layers,
                              layer_height=layer_height, thickness=thickness, growth=growth)
     return dict(_core.grid_blocks(_cage_of(cage), options, _checks.callback(progress, cancel)))
