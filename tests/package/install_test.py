@@ -3,6 +3,7 @@
 install_test.py PATCHWRIGHT SAMPLES_DIR PREFIX
 """
 import functools
+import gzip
 import os
 import pathlib
 import re
@@ -81,9 +82,21 @@ class Install(CliTest):
         self.assertTrue((self.folder / "torus.step").exists())
 
     def test_add_ons(self):
-        for file in ("freecad/Mod/Patchwright/InitGui.py", "blender/scripts/addons/patchwright_cage/__init__.py",
-                     "man/man1/patchwright.1.gz", "bash-completion/completions/patchwright"):
+        for file in ("freecad/Mod/Patchwright/InitGui.py", "blender/scripts/addons/patchwright_cage/__init__.py"):
             self.assertTrue((PREFIX / "share" / file).exists(), file)
+
+    def test_manual_and_completions(self):
+        """Each names every subcommand."""
+        share = PREFIX / "share"
+        texts = [gzip.decompress((share / "man/man1/patchwright.1.gz").read_bytes()).decode(),
+                 *((share / file).read_text() for file in ("bash-completion/completions/patchwright", "fish/vendor_completions.d/patchwright.fish",
+                                                           "zsh/site-functions/_patchwright"))]
+        listed = output_of(PREFIX / "bin" / "patchwright", "--help", env=self.environment).split("Subcommands:\n")[1].split("\n\n")[0]
+        commands = re.findall(r"^  (\w+) ", listed, re.MULTILINE)
+        self.assertGreater(len(commands), 10)
+        for text in texts:
+            for command in commands:
+                self.assertRegex(text, rf"\b{command}\b")
 
 
 if __name__ == "__main__":
