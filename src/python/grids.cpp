@@ -184,6 +184,47 @@ py::list grid_blocks(const PyCage& given, const py::dict& named, py::object prog
     return blocks;
 }
 
+/// By block: faces (ni, nj), u and v (ni, nj, 2), and sectors (ni, nj) or None.
+py::tuple place_arrays(const grid::BlockPlaces& places, int ni, int nj) {
+    const auto whole = [&](const std::vector<std::int32_t>& values) {
+        py::array_t<std::int32_t> array({ni, nj});
+        for (int i = 0; i < ni; ++i)
+            for (int j = 0; j < nj; ++j)
+                array.mutable_at(i, j) = values[std::size_t(i) + std::size_t(ni) * std::size_t(j)];
+        return array;
+    };
+    py::array_t<double> uv({ni, nj, 2});
+    for (int i = 0; i < ni; ++i) {
+        for (int j = 0; j < nj; ++j) {
+            const std::size_t n = std::size_t(i) + std::size_t(ni) * std::size_t(j);
+            uv.mutable_at(i, j, 0) = places.u[n];
+            uv.mutable_at(i, j, 1) = places.v[n];
+        }
+    }
+    py::object sectors = py::none();
+    if (!places.sectors.empty()) sectors = whole(places.sectors);
+    return py::make_tuple(whole(places.faces), uv, sectors);
+}
+
+py::list grid_places(const PyCage& given, const py::dict& named, py::object progress) {
+    Call call(std::move(progress));
+    const Planned planned = plan_grid(given.checked(), Options(named), call);
+    const grid::Plan& plan = planned.grid->plan;
+    const grid::BlockEvaluator evaluator(plan);
+    py::list blocks;
+    for (int block = 0; block < int(plan.layout.blocks.size()); ++block) {
+        grid::BlockPlaces places;
+        call.run("cage", [&] {
+            evaluator.places(block, places);
+            return 0;
+        });
+        const auto [ni, nj] = plan.size(block);
+        blocks.append(py::make_tuple(plan.layout.blocks[std::size_t(block)].name,
+                                     place_arrays(places, ni, nj)));
+    }
+    return blocks;
+}
+
 grid::Plot3dOptions plot3d_options(const Options& options) {
     using Form = grid::Plot3dOptions::Form;
     return {
@@ -221,6 +262,7 @@ py::tuple write_grid(const PyCage& given, const std::filesystem::path& output,
 
 void bind_grids(py::module_& module) {
     module.def("grid_blocks", grid_blocks);
+    module.def("grid_places", grid_places);
     module.def("grid", write_grid);
 }
 

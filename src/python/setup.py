@@ -37,6 +37,8 @@ class Build(build_py):
             subprocess.run(["cmake", "-S", ROOT, "-B", build, "-G", "Ninja", "-C", ROOT / "tools/cmake/release.cmake",
                             "-DPATCHWRIGHT_WITH_PYTHON=ON", "-DPATCHWRIGHT_BUILD_TESTS=OFF",
                             f"-DPython3_EXECUTABLE={sys.executable}"], check=True)
+            if "pybind11_DIR-NOTFOUND" in (build / "CMakeCache.txt").read_text():
+                sys.exit("pybind11 is missing: tools/install-packages build python")
         subprocess.run(["cmake", "--build", build, "--target", "patchwright_python", "patchwright_reader"], check=True)
         return build / "python" / "patchwright"
 

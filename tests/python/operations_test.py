@@ -263,6 +263,21 @@ class Shapes(ModuleTest):
         thick = pw.grid_blocks(cage, points=5, layers=2, thickness="10mm")
         self.assertEqual({b.shape[2:] for b in thick.values()}, {(3, 3)})
 
+    def test_places_of_a_grid(self):
+        hexagonal = [0.5 * CUBE_POINTS[i] for i in range(8)]
+        for cage in (pw.Cage.read(WING / "wing_cage.obj"),
+                     pw.Cage(hexagonal, [[0, 2, 3, 1], [4, 5, 7], [4, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]])):
+            options = {"points": 7, "spacing": "cosine"}
+            points, places = pw.grid_blocks(cage, **options), pw.grid_places(cage, **options)
+            self.assertEqual(points.keys(), places.keys())
+            self.assertEqual(all(p.sectors is None for p in places.values()), cage.summary["non_quads"] == 0)
+            for name, block in points.items():
+                found = places[name]
+                self.assertEqual(found.uv.shape, (*block.shape[:2], 2))
+                sectors = None if found.sectors is None else found.sectors.reshape(-1)
+                at = cage.evaluate(found.faces.reshape(-1), found.uv.reshape(-1, 2), sectors=sectors)
+                np.testing.assert_allclose(at.reshape(block.shape), block, atol=1e-10 * np.ptp(cage.points))
+
     def test_another_folder(self):
         # The reader follows the process: relative names mean what they mean here.
         before = os.getcwd()

@@ -9,18 +9,18 @@ from __future__ import annotations
 import json
 import os
 import pathlib
-from typing import Any, Mapping, Sequence, Union
+from typing import Any, Mapping, NamedTuple, Sequence, Union
 
 import numpy.typing as npt
 
 from . import _checks, _core
-from ._checks import Event, Floats, Length, Progress
+from ._checks import Event, Floats, Indices, Length, Progress
 from .cage import Cage
 from .errors import InputError, UsageError
 from .model import Model, ModelLike, as_model
 from .results import Comparison, Conversion, Export, Fit, Grid, Inspection, MadeCage, Refit
 
-__all__ = ["compare", "convert", "export", "fit", "grid", "grid_blocks", "inspect", "make_cage", "refit"]
+__all__ = ["GridPlaces", "compare", "convert", "export", "fit", "grid", "grid_blocks", "grid_places", "inspect", "make_cage", "refit"]
 
 _LENGTHS = {"tolerance", "size", "first_cell", "layer_height", "thickness"}
 _NUMBERS = {"time_limit", "target_faces", "max_levels", "samples", "cap_depth", "points", "levels", "coarsen", "layers",
@@ -213,3 +213,28 @@ def grid_blocks(cage: Cage | str | os.PathLike[str], *, blocks: str = "groups", 
                              size_field=size_field, layers=layers,
                              layer_height=layer_height, thickness=thickness, growth=growth)
     return dict(_core.grid_blocks(_cage_of(cage), options, _checks.callback(progress, cancel)))
+
+
+class GridPlaces(NamedTuple):
+    """Places of a block's points on the cage, as Cage.evaluate() and Cage.masks() take them, row by row."""
+
+    faces: Indices
+    """(ni, nj)"""
+    uv: Floats
+    """(ni, nj, 2)"""
+    sectors: Indices | None
+    """(ni, nj); None where all faces are quads."""
+
+
+def grid_places(cage: Cage | str | os.PathLike[str], *, blocks: str = "groups", join: bool = False,
+                size: Length | None = None, points: int = 17, levels: int = 0, coarsen: int = 0,
+                spacing: str = "uniform", curvature: bool = False, first_cell: Length | None = None,
+                clusters: Sequence[str] = (), rules: Rules | None = None,
+                size_field: npt.ArrayLike | None = None, progress: Progress = None,
+                cancel: Event | None = None) -> dict[str, GridPlaces]:
+    """Where on the cage the points of grid_blocks() lie: for derivatives, and for the same grid on a changed cage."""
+    options = _options(blocks=blocks, join=join, size=size, points=points, levels=levels,
+                             coarsen=coarsen, spacing=spacing, curvature=curvature,
+                             first_cell=first_cell, clusters=clusters, rules=rules, size_field=size_field)
+    found = _core.grid_places(_cage_of(cage), options, _checks.callback(progress, cancel))
+    return {name: GridPlaces(*places) for name, places in found}
