@@ -26,6 +26,22 @@ constexpr double margin = 0.03;  ///< of the width and height
 constexpr double line_lift = 4e-3;
 constexpr base::Colour grey{0.72, 0.74, 0.77};
 
+struct LineStyle {
+    std::array<float, 3> colour;
+    int width;  ///< fine pixels
+};
+constexpr LineStyle curve_style{{0.08F, 0.08F, 0.1F}, 2};
+
+LineStyle style_of(PictureLine::Kind kind) {
+    switch (kind) {
+        case PictureLine::Kind::Plain: break;
+        case PictureLine::Kind::SemiSharp: return {{0.35F, 0.78F, 0.24F}, 4};
+        case PictureLine::Kind::Crease: return {{0.0F, 0.47F, 0.16F}, 4};
+        case PictureLine::Kind::Border: return {{0.86F, 0.0F, 0.0F}, 3};
+    }
+    return {{0.08F, 0.08F, 0.16F}, 1};
+}
+
 struct Pixel {
     float depth = std::numeric_limits<float>::lowest();  ///< larger is nearer
     std::array<float, 3> colour{};
@@ -41,6 +57,11 @@ class Projection {
         const Vec3 up = std::abs(eye_.z()) > 0.999 ? Vec3::UnitY() : Vec3::UnitZ();
         right_ = up.cross(eye_).normalized();
         up_ = eye_.cross(right_);
+        if (options.frame) {
+            scale_ = width / options.frame->width;
+            middle_ = turned(options.frame->centre);
+            return;
+        }
         geom::Box3 box;
         for (Eigen::Index i = 0; i < field.points.rows(); ++i)
             box.add(turned(field.points.row(i).transpose()));
@@ -70,18 +91,23 @@ class Projection {
 
 class Painter {
   public:
-    Painter(const measure::Field& field, const PictureOptions& options)
+    Painter(const measure::Field& field, const PictureOptions& options,
+            const std::vector<PictureLine>& edges)
         : field_(field),
           options_(options),
+          edges_(edges),
           project_(field, options),
           pixels_(std::size_t(project_.width) * std::size_t(project_.height)) {}
 
     std::vector<unsigned char> paint() {
         choose_values();
         for (std::size_t i = 0; i < field_.triangles.size(); ++i) triangle(i);
-        for (const geom::Points& line : field_.lines)
-            for (Eigen::Index i = 0; i + 1 < line.rows(); ++i)
-                segment(project_(line.row(i).transpose()), project_(line.row(i + 1).transpose()));
+        for (const geom::Points& line : field_.lines) polyline(line, curve_style);
+        // Those that mean more over the others.
+        for (const auto kind : {PictureLine::Kind::Plain, PictureLine::Kind::SemiSharp,
+                                PictureLine::Kind::Crease, PictureLine::Kind::Border})
+            for (const PictureLine& edge : edges_)
+                if (edge.kind == kind) polyline(edge.points, style_of(kind));
         return averaged();
     }
 
@@ -130,7 +156,7 @@ class Painter {
             const auto at = std::max_element(values.begin(), values.end());
             return at != values.end() && *at > 0.0 ? *at : 1.0;
         };
-        if (options_.layer == PictureLayer::Curvature) {
+        if (options_.layer == PictureLayer::Curvature && !field_.curvature.empty()) {
             values_ = &field_.curvature;
             scale_ = usual_curvature({&field_});
         } else if (options_.layer == PictureLayer::Deviation && !field_.distance_mm.empty()) {
@@ -153,10 +179,10 @@ class Painter {
         if (area == 0.0) return;
         const Vec3 low = p[0].cwiseMin(p[1]).cwiseMin(p[2]),
                    high = p[0].cwiseMax(p[1]).cwiseMax(p[2]);
-        const int x_end = std::min(int(high.x() + 0.5), project_.width - 1);
-        const int y_end = std::min(int(high.y() + 0.5), project_.height - 1);
-        for (int y = std::max(int(low.y() - 0.5), 0); y <= y_end; ++y) {
-            for (int x = std::max(int(low.x() - 0.5), 0); x <= x_end; ++x) {
+        const int x_end = pixel_at(high.x() + 0.5, project_.width);
+        const int y_end = pixel_at(high.y() + 0.5, project_.height);
+        for (int y = std::max(pixel_at(low.y() - 0.5, project_.height), 0); y <= y_end; ++y) {
+            for (int x = std::max(pixel_at(low.x() - 0.5, project_.width), 0); x <= x_end; ++x) {
                 const double a = cross(p[1], p[2], x + 0.5, y + 0.5) / area;
                 const double b = cross(p[2], p[0], x + 0.5, y + 0.5) / area;
                 const double c = 1.0 - a - b;
@@ -172,17 +198,51 @@ class Painter {
         }
     }
 
-    void segment(const Vec3& a, const Vec3& b) {
-        const int steps = std::max(1, int(std::ceil((b - a).head<2>().norm())));
+    /// -1 and the last one for places outside of the picture, so that ranges are empty there.
+    static int pixel_at(double place, int count) {
+        return int(std::clamp(std::floor(place), -1.0, double(count - 1)));
+    }
+
+    void polyline(const geom::Points& line, const LineStyle& style) {
+        for (Eigen::Index i = 0; i + 1 < line.rows(); ++i)
+            segment(project_(line.row(i).transpose()), project_(line.row(i + 1).transpose()),
+                    style);
+    }
+
+    /// The part of a line that can be seen, as parameters from 0 to 1.
+    /// Source: Liang and Barsky, A new concept and method for line clipping (1984).
+    [[nodiscard]] std::pair<double, double> seen_part(const Vec3& a, const Vec3& b,
+                                                      int width) const {
+        double from = 0.0, to = 1.0;
+        for (const auto& [axis, size] : {std::pair(0, project_.width), {1, project_.height}}) {
+            const double change = b[axis] - a[axis];
+            double low = -width - a[axis], high = size + width - a[axis];
+            if (change < 0.0) std::swap(low, high);
+            if (change == 0.0) {
+                if (low > 0.0 || high < 0.0) return {1.0, 0.0};
+                continue;
+            }
+            from = std::max(from, low / change);
+            to = std::min(to, high / change);
+        }
+        return {from, to};
+    }
+
+    void segment(const Vec3& a, const Vec3& b, const LineStyle& style) {
+        const auto [from, to] = seen_part(a, b, style.width);
+        if (from > to) return;
+        const Vec3 begin = a + from * (b - a), change = (to - from) * (b - a);
+        const int steps = std::max(1, int(std::ceil(change.head<2>().norm())));
         const double lift = line_lift * std::max(project_.width, project_.height);
         for (int i = 0; i <= steps; ++i) {
-            const Vec3 p = a + (b - a) * (double(i) / steps);
-            for (int k = 0; k < finer; ++k) {
-                const int x = int(p.x()) + k % 2, y = int(p.y()) + k / 2;
+            const Vec3 p = begin + change * (double(i) / steps);
+            for (int k = 0; k < style.width * style.width; ++k) {
+                const int x = int(p.x()) + k % style.width - (style.width - 1) / 2;
+                const int y = int(p.y()) + k / style.width - (style.width - 1) / 2;
                 if (x < 0 || y < 0 || x >= project_.width || y >= project_.height) continue;
                 Pixel& pixel = at(x, y);
                 if (p.z() + lift < pixel.depth) continue;
-                pixel.colour = {0.08F, 0.08F, 0.1F};
+                pixel.colour = style.colour;
                 pixel.face = -2;
             }
         }
@@ -238,6 +298,7 @@ class Painter {
 
     const measure::Field& field_;
     const PictureOptions& options_;
+    const std::vector<PictureLine>& edges_;
     Projection project_;
     std::vector<Pixel> pixels_;
     const std::vector<double>* values_ = nullptr;  ///< of the layer, if it has any
@@ -289,13 +350,14 @@ std::string png_of(const std::vector<unsigned char>& rgba, int width, int height
 
 }  // namespace
 
-std::string to_png(const measure::Field& field, const PictureOptions& options) {
+std::string to_png(const measure::Field& field, const PictureOptions& options,
+                   const std::vector<PictureLine>& edges) {
     constexpr int most_pixels = 8192;
     if (options.width < 1 || options.height < 1 || options.width > most_pixels ||
         options.height > most_pixels || !(options.scale_mm > 0.0) ||
-        !(options.towards_eye.norm() > 0.0))
+        !(options.towards_eye.norm() > 0.0) || (options.frame && !(options.frame->width > 0.0)))
         throw base::InvalidArgument("to_png: size, scale or view is out of range");
-    return png_of(Painter(field, options).paint(), options.width, options.height);
+    return png_of(Painter(field, options, edges).paint(), options.width, options.height);
 }
 
 }  // namespace patchwright::report

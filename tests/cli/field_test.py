@@ -150,9 +150,53 @@ class Pictures(CliTest):
         self.assertGreater(np.mean(dark | bright), 0.75)
         self.assertGreater(min(np.mean(dark), np.mean(bright)), 0.15)
 
+    def share(self, pixels, predicate):
+        return predicate(*np.moveaxis(pixels, 2, 0)).mean()
+
+    def test_a_cage_from_a_direction_and_near(self):
+        """The sample cube is 100 mm wide; its cage, half as wide as what is seen, covers a quarter."""
+        cube = SAMPLES / "cages" / "cube.obj"
+        out = self.path("a.obj")
+        for view in (["--picture-view", "front"], ["--picture-direction=0,0,2"]):
+            pixels = self.picture("subdivide", cube, "-n", "0", "-o", out, "--picture-zoom", "0,0,0,200", *view, size="200x200")
+            self.assertAlmostEqual(self.share(pixels, lambda r, g, b: r + g + b < 750), 0.25, delta=0.01)
+        pixels = self.picture("subdivide", cube, "-n", "0", "-o", out, "--picture-zoom", "0,0,0,20", "--picture-view", "top", size="200x200")
+        self.assertEqual(self.share(pixels, lambda r, g, b: r + g + b < 750), 1)
+        moved = self.picture("subdivide", cube, "-n", "0", "-o", out, "--picture-zoom=-50,0,0,200", "--picture-view", "top", size="200x200")
+        self.assertEqual(self.share(moved[:, :99], lambda r, g, b: r + g + b < 750), 0)
+
+    def test_edges_of_cages(self):
+        """Green where sharp, red at a border, and thin elsewhere."""
+        green, red = (lambda r, g, b: (g > r + 60) & (g > b + 40)), (lambda r, g, b: (r > 150) & (g < 80) & (b < 80))
+        seen = {name: self.picture("subdivide", SAMPLES / "cages" / f"{name}.obj", "-n", "1", "-o", self.path("a.obj"), "--picture-layer", "plain")
+                for name in ("cube", "cube_rim", "dish")}
+        self.assertGreater(self.share(seen["cube_rim"], green), 0.005)
+        self.assertGreater(self.share(seen["dish"], red), 0.005)
+        for name, colour in (("cube", green), ("cube", red), ("cube_rim", red), ("dish", green)):
+            self.assertEqual(self.share(seen[name], colour), 0, name)
+
+    def test_grids(self):
+        """Blocks, lines, red sides; a surface and its layers look alike."""
+        cube = SAMPLES / "cages" / "cube.obj"
+        seen = [self.picture("grid", cube, "-o", self.path("a.xyz"), "--points", "9", *layers)
+                for layers in ([], ["--layers", "2", "--layer-height", "1mm"])]
+        np.testing.assert_array_equal(*seen)
+        self.assertGreater(self.share(seen[0], lambda r, g, b: (r > 150) & (g < 80) & (b < 80)), 0.005)
+        self.assertGreater(self.share(seen[0], lambda r, g, b: np.maximum(np.maximum(r, g), b) < 90), 0.02)
+        metres = self.picture("grid", cube, "-o", self.path("a.xyz"), "--points", "9", "--unit", "m", "--picture-zoom", "0,0,0,0.2")
+        near = self.picture("grid", cube, "-o", self.path("a.xyz"), "--points", "9", "--picture-zoom", "0,0,0,200")
+        np.testing.assert_array_equal(metres, near)
+
+    def test_made_cages(self):
+        pixels = self.picture("cage", WING / "wing.igs", "-o", self.path("a.obj"))
+        self.assertGreater(self.share(pixels, lambda r, g, b: (g > r + 60) & (g > b + 40)), 0.001)  # trailing edge, root
+
     def test_refused(self):
         for arguments in (["--picture", self.path("a.jpg")], ["--picture", self.path("a.png"), "--picture-size", "0x5"],
-                          ["--picture", self.path("a.png"), "--picture-view", "inside"]):
+                          ["--picture", self.path("a.png"), "--picture-view", "inside"],
+                          ["--picture", self.path("a.png"), "--picture-direction", "0,0,0"], ["--picture", self.path("a.png"), "--picture-direction", "1,2"],
+                          ["--picture", self.path("a.png"), "--picture-view", "top", "--picture-direction", "0,0,1"],
+                          ["--picture", self.path("a.png"), "--picture-zoom", "0,0,0,0"], ["--picture", self.path("a.png"), "--picture-zoom", "0,0,0,x"]):
             self.check_refused(["inspect", WING / "wing.step", *arguments], 1, "--picture")
 
 

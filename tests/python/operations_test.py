@@ -199,8 +199,8 @@ class AsTheCommandLine(ModuleTest):
 
 class Options(ModuleTest):
     # Of the command line alone: files that Python has as values, and what a terminal is for.
-    ELSEWHERE = {"output", "cage-out", "cad-out", "json", "report", "field", "picture", "picture-view", "picture-layer", "picture-size",
-                 "quiet", "verbose", "threads", "help", "progress", "config", "cage-unit", "time-stamp"}
+    ELSEWHERE = {"output", "cage-out", "cad-out", "json", "report", "field", "picture", "picture-view", "picture-direction", "picture-zoom",
+                 "picture-layer", "picture-size", "quiet", "verbose", "threads", "help", "progress", "config", "cage-unit", "time-stamp"}
     OTHER_NAMES = {"cluster": "clusters", "plot3d": "form", "no-heal": "heal"}
 
     def test_python_has_the_options_of_the_command_line(self):

@@ -1,4 +1,5 @@
 #include "options.h"
+#include "view.h"
 
 #include <fmt/format.h>
 
@@ -12,12 +13,15 @@ struct CageCommandOptions {
     CommonOptions common;
     CageArguments cage;
     InputOptions read;
+    ViewArguments view{.layer = report::PictureLayer::Patches};
     std::string input, output;
     std::string tolerance = "1e-4rel", cage_unit = "mm";
 };
 
 int make_cage_file(const CageCommandOptions& options) {
-    Run run(options.common, {{options.input}, {{"--output", options.output, OutputKind::Cage}}});
+    Run run(options.common, {{options.input},
+                             {{"--output", options.output, OutputKind::Cage},
+                              {"--picture", options.view.picture, OutputKind::Picture}}});
     const convert::Source source = read_source(run, options.input, options.read);
     refuse_control_mesh(source);
     const double diagonal = source.input.diagonal;
@@ -32,6 +36,7 @@ int make_cage_file(const CageCommandOptions& options) {
     run.end_stage("layout");
     write_cage(run, made.cage, options.output, base::parse_length_unit(options.cage_unit));
     run.end_stage("write");
+    add_picture(run, options.view, [&] { return report::draw_mesh(made.cage); });
     return run.finish();
 }
 
@@ -54,6 +59,7 @@ void register_cage(CLI::App& app, int& exit_code) {
         ->capture_default_str();
     add_input_options(*command, options->read);
     add_cage_options(*command, options->cage);
+    add_picture_options(*command, options->view);
     add_common_options(*command, options->common, true);
     command->callback([options, &exit_code] {
         exit_code = about_input(options->input, [&] { return make_cage_file(*options); });

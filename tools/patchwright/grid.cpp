@@ -1,6 +1,7 @@
 #include "checks.h"
 #include "command.h"
 #include "table.h"
+#include "view.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/grid/layers.h>
@@ -22,6 +23,7 @@ namespace {
 
 struct GridOptions {
     CommonOptions common;
+    ViewArguments view{.layer = report::PictureLayer::Patches};
     std::string cage, output;
     std::string cage_unit = "mm", unit = "mm";
     std::string blocks = "groups";
@@ -125,7 +127,8 @@ int make_grid(const GridOptions& options) {
                                                 : grid::Plot3dOptions::Form::Binary,
                     options.endian == "big"};
     Run run(options.common, {{options.cage, options.rules, options.size_field},
-                             {{"--output", options.output, OutputKind::Grid}}});
+                             {{"--output", options.output, OutputKind::Grid},
+                              {"--picture", options.view.picture, OutputKind::Picture}}});
     check_options(options);
     run.report.unit = write.unit;
     write.progress = run.progress();
@@ -166,6 +169,7 @@ int make_grid(const GridOptions& options) {
         {.bad_grid_cells = measure::Failures{int(quality.folded + quality.negative), {}},
          .is_grid = true});
     run.end_stage("write");
+    add_picture(run, options.view, [&] { return report::draw_grid(grid::SurfaceGrid(plan)); });
     return run.finish();
 }
 
@@ -258,6 +262,7 @@ void register_grid(CLI::App& app, int& exit_code) {
         ->check(CLI::IsMember({"little", "big"}).description(""))
         ->capture_default_str();
     add_layer_options(*command, *options);
+    add_picture_options(*command, options->view);
     add_common_options(*command, options->common, true);
     command->callback([options, &exit_code] { exit_code = make_grid(*options); });
 }

@@ -40,6 +40,8 @@ const std::map<std::string, Described> descriptions{
     {"--field", {"Files", "FILE.vtp|.glb"}},
     {"--picture", {"Files", "FILE.png"}},
     {"--picture-view", {"Picture", "iso|front|back|left|right|top|bottom"}},
+    {"--picture-direction", {"Picture", "X,Y,Z"}},
+    {"--picture-zoom", {"Picture", "X,Y,Z,WIDTH"}},
     {"--picture-layer", {"Picture", "deviation|angle|curvature|patches|zebra|plain"}},
     {"--picture-size", {"Picture", "WxH"}},
     {"--input-unit", {"Reading", units}},
@@ -120,7 +122,7 @@ const std::map<std::string, std::string> examples{
      "  patchwright eval cage.obj --at-file places.csv -o points.csv --jacobian points.mtx\n"
      "  patchwright eval cage.obj --at-file places.csv --gradient by_points.csv "
      "--adjoint by_cage.csv"},
-    {"subdivide", "  patchwright subdivide cage.obj -n 2 -o fine.obj"}};
+    {"subdivide", "  patchwright subdivide cage.obj -n 2 -o fine.obj --picture fine.png"}};
 
 /// Insertions, deletions and replacements of letters from one word to the other (Levenshtein).
 std::size_t edit_distance(const std::string& a, const std::string& b) {

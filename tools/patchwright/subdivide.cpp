@@ -1,5 +1,5 @@
 #include "checks.h"
-#include "command.h"
+#include "view.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/subd/refine.h>
@@ -16,12 +16,15 @@ constexpr double max_faces = 2e7;
 
 struct SubdivideOptions {
     CommonOptions common;
+    ViewArguments view{.layer = report::PictureLayer::Patches};
     std::string cage, output;
     int levels = 1;
 };
 
 int subdivide(const SubdivideOptions& options) {
-    Run run(options.common, {{options.cage}, {{"--output", options.output, OutputKind::Cage}}});
+    Run run(options.common, {{options.cage},
+                             {{"--output", options.output, OutputKind::Cage},
+                              {"--picture", options.view.picture, OutputKind::Picture}}});
     const mesh::Cage cage = read_cage(run, options.cage, base::LengthUnit::Millimetre);
     run.end_stage("read");
     const double faces = cage.topology->corner_count() * std::pow(4.0, options.levels - 1);
@@ -34,6 +37,7 @@ int subdivide(const SubdivideOptions& options) {
     write_cage(run, fine, options.output, base::LengthUnit::Millimetre);
     run.report.cage = mesh::summarise(*fine.topology);
     run.end_stage("write");
+    add_picture(run, options.view, [&] { return report::draw_mesh(fine); });
     return run.finish();
 }
 
@@ -47,6 +51,7 @@ void register_subdivide(CLI::App& app, int& exit_code) {
         ->check(number_in(0, 12))
         ->capture_default_str();
     command->add_option("-o,--output", options->output, "refined control mesh (OBJ)")->required();
+    add_picture_options(*command, options->view);
     add_common_options(*command, options->common, false);
     command->callback([options, &exit_code] {
         exit_code = about_input(options->cage, [&] { return subdivide(*options); });

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <map>
 
 namespace patchwright::cli {
@@ -36,6 +37,68 @@ std::pair<int, int> parse_size(const std::string& text) {
         fmt::format("'{}' is no size; use WIDTHxHEIGHT in pixels, up to {}", text, most));
 }
 
+/// "X,Y,Z" and the like.
+/// @throw UsageError when these are not so many numbers
+std::vector<double> parse_numbers(const std::string& text, std::size_t count, const char* form) {
+    std::vector<double> numbers;
+    const char* at = text.data();
+    const char* const end = text.data() + text.size();
+    while (numbers.size() < count) {
+        double number = 0.0;
+        const auto [after, error] = std::from_chars(at, end, number);
+        if (error != std::errc{} || !(std::abs(number) <= geom::largest_coordinate)) break;
+        numbers.push_back(number);
+        at = after;
+        if (at == end || *at != ',') break;
+        ++at;
+    }
+    if (numbers.size() != count || at != end)
+        throw base::UsageError(fmt::format("'{}' is not {}", text, form));
+    return numbers;
+}
+
+/// From the model to the eye.
+geom::Vec3 parse_direction(const std::string& text) {
+    const auto n = parse_numbers(text, 3, "X,Y,Z from the model to the eye");
+    const geom::Vec3 direction(n[0], n[1], n[2]);
+    if (!(direction.norm() > 0.0))
+        throw base::UsageError(fmt::format("'{}' is no direction", text));
+    return direction;
+}
+
+report::PictureFrame parse_zoom(const std::string& text, base::LengthUnit unit) {
+    const auto n = parse_numbers(text, 4, "X,Y,Z,WIDTH of what is seen");
+    if (!(n[3] > 0.0))
+        throw base::UsageError(fmt::format("'{}': the width must be positive", text));
+    const double scale = base::millimetres_per(unit);
+    return {scale * geom::Vec3(n[0], n[1], n[2]), scale * n[3]};
+}
+
+/// What the parser has against a text; empty: nothing.
+template <class Parse>
+auto parses(Parse parse) {
+    return [parse](const std::string& text) {
+        try {
+            parse(text);
+        } catch (const base::UsageError& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+}
+
+report::PictureOptions picture_options(const ViewArguments& options, base::LengthUnit unit) {
+    const auto [width, height] = parse_size(options.size);
+    report::PictureOptions picture{.width = width,
+                                   .height = height,
+                                   .layer = options.layer,
+                                   .towards_eye = options.direction.empty()
+                                                      ? views.at(options.from)
+                                                      : parse_direction(options.direction)};
+    if (!options.zoom.empty()) picture.frame = parse_zoom(options.zoom, unit);
+    return picture;
+}
+
 double largest(const std::vector<double>& values) {
     return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
 }
@@ -43,15 +106,30 @@ double largest(const std::vector<double>& values) {
 }  // namespace
 
 void add_view_options(CLI::App& command, ViewArguments& options, bool with_field) {
-    using report::PictureLayer;
     if (with_field)
         command.add_option("--field", options.field,
                            "write deviation, normal angle and curvature all over the output: .vtp "
                            "(ParaView) or .glb");
+    add_picture_options(command, options);
+}
+
+void add_picture_options(CLI::App& command, ViewArguments& options) {
+    using report::PictureLayer;
     command.add_option("--picture", options.picture, "draw the output: .png");
-    command.add_option("--picture-view", options.from, "where it is seen from")
-        ->check(CLI::IsMember(&views).description(""))
-        ->capture_default_str();
+    CLI::Option* const from =
+        command.add_option("--picture-view", options.from, "where it is seen from")
+            ->check(CLI::IsMember(&views).description(""))
+            ->capture_default_str();
+    command
+        .add_option("--picture-direction", options.direction,
+                    "where it is seen from, as a direction from the model to the eye")
+        ->check(parses(parse_direction))
+        ->excludes(from);
+    command
+        .add_option("--picture-zoom", options.zoom,
+                    "middle and width of what is seen, in the output's unit; without, all is")
+        ->check(parses(
+            [](const std::string& text) { parse_zoom(text, base::LengthUnit::Millimetre); }));
     add_choice<PictureLayer>(command, "--picture-layer", options.layer,
                              {{"deviation", PictureLayer::Deviation},
                               {"angle", PictureLayer::NormalAngle},
@@ -61,14 +139,7 @@ void add_view_options(CLI::App& command, ViewArguments& options, bool with_field
                               {"plain", PictureLayer::Plain}},
                              "what its colours are");
     command.add_option("--picture-size", options.size, "pixels")
-        ->check([](const std::string& text) {
-            try {
-                parse_size(text);
-            } catch (const base::UsageError& error) {
-                return std::string(error.what());
-            }
-            return std::string();
-        })
+        ->check(parses(parse_size))
         ->capture_default_str();
 }
 
@@ -92,13 +163,9 @@ void add_views(Run& run, const ViewArguments& options, const View& view) {
                                            ? report::to_vtp(output, run.report.unit)
                                            : report::to_glb(output, scale));
     if (!options.picture.empty()) {
-        const auto [width, height] = parse_size(options.size);
-        run.outputs.add(options.picture,
-                        report::to_png(output, {.width = width,
-                                                .height = height,
-                                                .layer = options.layer,
-                                                .towards_eye = views.at(options.from),
-                                                .scale_mm = scale}));
+        report::PictureOptions picture = picture_options(options, run.report.unit);
+        picture.scale_mm = scale;
+        run.outputs.add(options.picture, report::to_png(output, picture));
     }
     if (run.writes_page()) {
         report::Scene scene{.output = std::move(output), .scale_mm = scale};
@@ -107,6 +174,13 @@ void add_views(Run& run, const ViewArguments& options, const View& view) {
         if (view.cage != nullptr) scene.cage = *view.cage;
         run.report.scene = std::move(scene);
     }
+    run.end_stage("view");
+}
+
+void add_drawing(Run& run, const ViewArguments& options, const report::MeshDrawing& drawing) {
+    run.outputs.add(
+        options.picture,
+        report::to_png(drawing.field, picture_options(options, run.report.unit), drawing.edges));
     run.end_stage("view");
 }
 

@@ -4,7 +4,7 @@
 #include "command.h"
 
 #include <patchwright/geom/model_surface.h>
-#include <patchwright/report/picture.h>
+#include <patchwright/report/mesh_drawing.h>
 
 #include <optional>
 #include <string>
@@ -15,11 +15,16 @@ namespace patchwright::cli {
 struct ViewArguments {
     std::string field, picture;  ///< files; empty: none
     std::string from = "iso", size = "960x540";
+    std::string direction;  ///< "X,Y,Z" in place of `from`; or empty
+    std::string zoom;       ///< "X,Y,Z,WIDTH"; empty: all is seen
     report::PictureLayer layer = report::PictureLayer::Deviation;
 };
 
 /// @param with_field  --field too, for subcommands that compare with another model
 void add_view_options(CLI::App& command, ViewArguments& options, bool with_field);
+
+/// Those of the picture alone, for subcommands that draw a mesh in the colours of its groups.
+void add_picture_options(CLI::App& command, ViewArguments& options);
 
 /// The files that these options write.
 std::vector<OutputFile> view_files(const ViewArguments& options);
@@ -38,5 +43,14 @@ bool shows_anything(const Run& run, const ViewArguments& options);
 /// Adds the field's and the picture's files to the run's outputs, and the scene to its report where
 /// HTML is asked for.
 void add_views(Run& run, const ViewArguments& options, const View& view);
+
+void add_drawing(Run& run, const ViewArguments& options, const report::MeshDrawing& drawing);
+
+/// Adds the picture's file to the run's outputs where it is asked for.
+/// @param draw  called for what is drawn then
+template <class Draw>
+void add_picture(Run& run, const ViewArguments& options, Draw&& draw) {
+    if (!options.picture.empty()) add_drawing(run, options, std::forward<Draw>(draw)());
+}
 
 }  // namespace patchwright::cli
