@@ -38,11 +38,11 @@ class Bookworm(unittest.TestCase):
         self.addCleanup(subprocess.run, ["umount", self.root / "proc"], check=True)
         home = self.root / "root"
         shutil.copy(package, home)
-        for folder in ("cpp", "wing"):
-            shutil.copytree(SAMPLES / folder, home / "samples" / folder)
+        for folder in ("samples", "tools", "src/docs", "tests/cli", "tests/docs"):
+            shutil.copytree(ROOT / folder, home / folder)
 
     def run_inside(self, text):
-        if "tools/" in text:  # how the package is built
+        if "tools/install-packages" in text:  # how the package is built
             return ""
         done = subprocess.run(["chroot", self.root, "bash", "-euo", "pipefail", "-c", "cd; " + text], env=INSIDE, text=True, timeout=1800,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
@@ -52,6 +52,9 @@ class Bookworm(unittest.TestCase):
 
     def test_install_page(self):
         follow(self, self.run_inside, ["Debian package", "C++ with CMake", "C++ with pkg-config"])
+        # The guide, and round-trip tests in a project of one's own.
+        self.run_inside("python3 tests/docs/docs_test.py /usr/bin/patchwright samples Guide")
+        self.run_inside("cmake -S samples/round_trip -B build/round_trip && ctest --test-dir build/round_trip --output-on-failure --no-tests=error")
         # Where Debian's FreeCAD and Blender look, which are not installed here.
         for place in ("freecad/Mod/Patchwright/InitGui.py", "blender/scripts/addons/patchwright_cage/__init__.py"):
             self.assertTrue((self.root / "usr" / "share" / place).exists(), place)
