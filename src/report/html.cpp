@@ -30,6 +30,13 @@ std::string figure(const Plot& plot, std::size_t number) {
         to_svg(plot), escape_markup(plot.caption));
 }
 
+std::string picture(const std::string& png, const std::string& caption, const char* attributes) {
+    return fmt::format(
+        "<figure{2}><img alt=\"{0}\" src=\"data:image/png;base64,{1}\">"
+        "<figcaption>{0}</figcaption></figure>\n",
+        escape_markup(caption), base64(png.data(), png.size()), attributes);
+}
+
 /// A picture, which the page's program replaces by the 3-D view, and the places to look at.
 std::string view(const RunReport& report) {
     const Scene& scene = *report.scene;
@@ -44,10 +51,7 @@ std::string view(const RunReport& report) {
                   "blue 0, red {:.3g} {} or more",
                   scene.scale_mm / base::millimetres_per(report.unit),
                   base::short_name(report.unit));
-    std::string text = fmt::format(
-        "<figure id=\"view\"><img alt=\"{0}\" src=\"data:image/png;base64,{1}\">"
-        "<figcaption>{0}</figcaption></figure>\n",
-        escape_markup(caption), base64(png.data(), png.size()));
+    std::string text = picture(png, caption, " id=\"view\"");
     const std::vector<Place> all = places(report);
     if (all.empty()) return text;
     text += "<h2>Places to look at</h2>\n<ol class=\"places\">\n";
@@ -82,6 +86,7 @@ std::string to_html(const RunReport& report) {
     const std::vector<Plot> all_plots = plots(report);
     std::string page = head(report);
     if (report.scene) page += view(report);
+    if (report.drawing) page += picture(report.drawing->png, report.drawing->caption, "");
     for (const Section& section : sections(report)) {
         page += table(section);
         for (std::size_t i = 0; i < all_plots.size(); ++i)

@@ -179,6 +179,9 @@ class Pages(CliTest):
                 self.browser.open(page, 1200)
                 self.assertEqual(self.browser.run("document.querySelectorAll('input[name=layer]').length"), layers)
                 self.assertEqual(self.browser.messages, [])
+                if name == "grid":
+                    drawn, _ = shares_of_png(base64.b64decode(re.search(r"base64,([^\"]+)", page.read_text()).group(1)))
+                    self.assertGreater(drawn, 0.1)
         self.assertLess(self.page.stat().st_size, MOST_BYTES)
 
 

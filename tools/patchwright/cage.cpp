@@ -36,7 +36,8 @@ int make_cage_file(const CageCommandOptions& options) {
     run.end_stage("layout");
     write_cage(run, made.cage, options.output, base::parse_length_unit(options.cage_unit));
     run.end_stage("write");
-    add_picture(run, options.view, [&] { return report::draw_mesh(made.cage); });
+    if (shows_anything(run, options.view))
+        add_drawing(run, options.view, report::draw_mesh(made.cage), "The control mesh");
     return run.finish();
 }
 

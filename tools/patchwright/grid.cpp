@@ -119,6 +119,21 @@ grid::LayerOptions layer_options(const GridOptions& options, double diagonal) {
     return layers;
 }
 
+/// Larger grids are drawn where a picture is asked for, not for the report alone: their cells are
+/// smaller than pixels.
+constexpr std::int64_t most_points_in_report = 1'000'000;
+
+void draw(Run& run, const ViewArguments& options, const grid::SurfaceGrid& grid) {
+    std::int64_t points = 0;
+    for (int b = 0; b < grid.block_count(); ++b)
+        points += std::int64_t(grid.size(b)[0]) * grid.size(b)[1];
+    if (!shows_anything(run, options) ||
+        (options.picture.empty() && points > most_points_in_report))
+        return;
+    add_drawing(run, options, report::draw_grid(grid),
+                "The surface grid: blocks in colours, their sides red");
+}
+
 int make_grid(const GridOptions& options) {
     const auto cage_unit = base::parse_length_unit(options.cage_unit);
     grid::GridWriteOptions write{.unit = base::parse_length_unit(options.unit)};
@@ -169,7 +184,7 @@ int make_grid(const GridOptions& options) {
         {.bad_grid_cells = measure::Failures{int(quality.folded + quality.negative), {}},
          .is_grid = true});
     run.end_stage("write");
-    add_picture(run, options.view, [&] { return report::draw_grid(grid::SurfaceGrid(plan)); });
+    draw(run, options.view, grid::SurfaceGrid(plan));
     return run.finish();
 }
 

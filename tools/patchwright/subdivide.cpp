@@ -37,7 +37,8 @@ int subdivide(const SubdivideOptions& options) {
     write_cage(run, fine, options.output, base::LengthUnit::Millimetre);
     run.report.cage = mesh::summarise(*fine.topology);
     run.end_stage("write");
-    add_picture(run, options.view, [&] { return report::draw_mesh(fine); });
+    if (shows_anything(run, options.view))
+        add_drawing(run, options.view, report::draw_mesh(fine), "The control mesh");
     return run.finish();
 }
 

@@ -177,10 +177,15 @@ void add_views(Run& run, const ViewArguments& options, const View& view) {
     run.end_stage("view");
 }
 
-void add_drawing(Run& run, const ViewArguments& options, const report::MeshDrawing& drawing) {
-    run.outputs.add(
-        options.picture,
-        report::to_png(drawing.field, picture_options(options, run.report.unit), drawing.edges));
+void add_drawing(Run& run, const ViewArguments& options, const report::MeshDrawing& drawing,
+                 const std::string& caption) {
+    report::PictureOptions picture = picture_options(options, run.report.unit);
+    if (!options.picture.empty())
+        run.outputs.add(options.picture, report::to_png(drawing.field, picture, drawing.edges));
+    if (run.writes_page()) {
+        picture.is_transparent = true;
+        run.report.drawing = {report::to_png(drawing.field, picture, drawing.edges), caption};
+    }
     run.end_stage("view");
 }
 

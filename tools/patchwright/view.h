@@ -44,13 +44,8 @@ bool shows_anything(const Run& run, const ViewArguments& options);
 /// HTML is asked for.
 void add_views(Run& run, const ViewArguments& options, const View& view);
 
-void add_drawing(Run& run, const ViewArguments& options, const report::MeshDrawing& drawing);
-
-/// Adds the picture's file to the run's outputs where it is asked for.
-/// @param draw  called for what is drawn then
-template <class Draw>
-void add_picture(Run& run, const ViewArguments& options, Draw&& draw) {
-    if (!options.picture.empty()) add_drawing(run, options, std::forward<Draw>(draw)());
-}
+/// Adds the picture's file to the run's outputs where it is asked for, and the picture to its HTML.
+void add_drawing(Run& run, const ViewArguments& options, const report::MeshDrawing& drawing,
+                 const std::string& caption);
 
 }  // namespace patchwright::cli

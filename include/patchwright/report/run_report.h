@@ -135,6 +135,12 @@ struct Scene {
     double scale_mm = 1.0;           ///< deviation that is the last colour; positive
 };
 
+/// A picture where there is no scene, of a mesh.
+struct Drawing {
+    std::string png;
+    std::string caption;
+};
+
 /// Why a run ended without a result.
 struct Failure {
     int exit_code = 0;
@@ -161,6 +167,7 @@ struct RunReport {
     std::optional<patch::Continuity> continuity;
     std::optional<GridFigures> grid;
     std::optional<Scene> scene;                           ///< not in the JSON
+    std::optional<Drawing> drawing;                       ///< not in the JSON
     std::vector<std::pair<std::string, double>> seconds;  ///< stage, in order; "total" is added
     std::vector<std::string> notices;
     double peak_memory_mb = 0.0;
