@@ -6,6 +6,7 @@ import functools
 import gzip
 import os
 import pathlib
+import platform
 import re
 import subprocess
 import sys
@@ -80,6 +81,15 @@ class Install(CliTest):
     def test_example_with_pkg_config(self):
         follow(self, self.run_block, ["C++ with pkg-config"])
         self.assertTrue((self.folder / "torus.step").exists())
+
+    def test_other_flags(self):
+        """Matrices of the library are freed by programs that are compiled for other instructions, and with a sanitizer."""
+        for flag in ("-march=native", "-fsanitize=address"):
+            self.run_block(f"g++ -std=c++20 -O1 {flag} samples/cpp/own_surface.cpp -o own_surface $(pkg-config --cflags --libs patchwright)\n"
+                           "ASAN_OPTIONS=detect_leaks=0 ./own_surface torus.step")
+        if platform.machine() == "x86_64":  # where AVX asks for more alignment
+            with self.assertRaisesRegex(AssertionError, "definitions that patchwright's CMake and pkg-config files give"):
+                self.run_block("g++ -std=c++20 -fsyntax-only -mavx samples/cpp/own_surface.cpp $(pkg-config --cflags-only-I patchwright)")
 
     def test_add_ons(self):
         for file in ("freecad/Mod/Patchwright/InitGui.py", "blender/scripts/addons/patchwright_cage/__init__.py"):

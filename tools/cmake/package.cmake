@@ -21,6 +21,7 @@ if(PATCHWRIGHT_SHARED)
     target_link_options(patchwright_shared PRIVATE LINKER:--version-script=${exported_symbols} LINKER:--no-undefined
         LINKER:--as-needed)
     target_compile_features(patchwright_shared INTERFACE cxx_std_20)
+    target_compile_definitions(patchwright_shared INTERFACE ${patchwright_eigen_definitions})
     target_include_directories(patchwright_shared INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
         $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
     install(TARGETS patchwright_shared EXPORT patchwrightSharedTargets)
@@ -34,6 +35,8 @@ if(PATCHWRIGHT_SHARED)
     install(EXPORT patchwrightSharedTargets NAMESPACE patchwright:: DESTINATION ${package_folder})
 
     file(RELATIVE_PATH prefix_from_pkgconfig /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+    list(TRANSFORM patchwright_eigen_definitions PREPEND -D OUTPUT_VARIABLE pkgconfig_definitions)
+    list(JOIN pkgconfig_definitions " " pkgconfig_definitions)
     configure_file(tools/cmake/patchwright.pc.in ${CMAKE_CURRENT_BINARY_DIR}/patchwright.pc @ONLY)
     install(FILES ${CMAKE_CURRENT_BINARY_DIR}/patchwright.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 endif()

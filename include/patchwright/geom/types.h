@@ -7,6 +7,9 @@
 #pragma GCC visibility push(default)
 namespace patchwright::geom {
 
+static_assert(EIGEN_MAX_ALIGN_BYTES == 16,
+              "compile with the definitions that patchwright's CMake and pkg-config files give");
+
 using Vec3 = Eigen::Vector3d;
 
 /// Larger numbers, and models smaller than the inverse, are no lengths: areas squared must neither
