@@ -24,6 +24,19 @@ constexpr std::array<UnitRow, 5> unit_table{{{LengthUnit::Millimetre, "mm", 1.0}
                                              {LengthUnit::Inch, "in", 25.4},
                                              {LengthUnit::Foot, "ft", 304.8}}};
 
+/// As people write them.
+struct LongNames {
+    LengthUnit unit;
+    std::array<std::string_view, 2> names;
+};
+
+constexpr std::array<LongNames, 5> long_names{
+    {{LengthUnit::Millimetre, {"millimetres", "millimeters"}},
+     {LengthUnit::Centimetre, {"centimetres", "centimeters"}},
+     {LengthUnit::Metre, {"metres", "meters"}},
+     {LengthUnit::Inch, {"inch", "inches"}},
+     {LengthUnit::Foot, {"foot", "feet"}}}};
+
 const UnitRow& row_of(LengthUnit unit) { return unit_table[static_cast<std::size_t>(unit)]; }
 
 }  // namespace
@@ -47,7 +60,9 @@ LengthUnit parse_length_unit(std::string_view text) {
     for (const UnitRow& row : unit_table) {
         if (row.name == text) return row.unit;
     }
-    if (text == "inch") return LengthUnit::Inch;
+    for (const auto& [unit, names] : long_names) {
+        if (std::find(names.begin(), names.end(), text) != names.end()) return unit;
+    }
     throw UsageError(fmt::format("'{}' is no length unit; use mm, cm, m, in or ft", text));
 }
 

@@ -56,6 +56,7 @@ class Help(CliTest):
                 self.assertNotIn("\nOptions:", text)  # what no group was given
                 self.assertNotIn(" TEXT", text)
                 self.assertIn(f"Examples:\n  patchwright {command} ", text)
+                self.assertIn(f"below [{command}]: --config FILE.toml", text)
         self.assertEqual(run("help").stdout, run("--help").stdout)
         for command in COMMANDS:
             self.assertIn(f"\n  {command} ", run("help").stdout)
@@ -72,7 +73,8 @@ class Help(CliTest):
                                   (["compare", "a", "b", "--tolerance", "0.1"], "add a unit: 0.1mm")):
             with self.subTest(arguments):
                 self.check_error(run(*arguments), 1, advice)
-        self.assertEqual(run("compare", WING / "wing.step", WING / "wing.step", "--tolerance", "0.1 mm").returncode, 0)
+        for length in ("0.1 mm", "0.004 inch", "0.004inches", "1 feet"):
+            self.assertEqual(run("compare", WING / "wing.step", WING / "wing.step", "--tolerance", length).returncode, 0, length)
 
 
 class Config(CliTest):
@@ -85,6 +87,11 @@ class Config(CliTest):
         wrong = self.path("w.toml", "[export]\nunits = \"m\"\n")
         self.check_error(run("export", CUBE, "-o", self.path("a.step"), "--config", wrong), 1, "export.units")
         self.check_error(run("export", CUBE, "-o", self.path("a.step"), "--config", self.path("none.toml")), 1, "none.toml")
+        for text, advice in (("[export]\nunits = \"m\"\n", "export has no option --units (did you mean --unit?)"),
+                             ("unit = \"m\"\n", "--config: unit: options stand below a line with their subcommand: [export]"),
+                             ("[exprot]\nunit = \"m\"\n", "no subcommand 'exprot' (did you mean export?)")):
+            with self.subTest(text):
+                self.check_error(run("export", CUBE, "-o", self.path("a.step"), "--config", self.path("w.toml", text)), 1, advice)
         bad = self.path("b.toml", "[export]\nunit = \"furlong\"\n")
         self.check_error(run("export", CUBE, "-o", self.path("a.step"), "--config", bad), 1, "furlong")
 
@@ -108,6 +115,11 @@ class Generated(CliTest):
         self.assertEqual(completed("convert", "--tol"), ["--tolerance"])
         self.assertEqual(completed("convert", "--layout", ""), ["aligned", "remesh", "auto"])
         self.assertEqual(completed("convert", "w"), ["wing.step"])
+        self.assertEqual(completed("convert", "--json", "w"), ["wing.step"])
+        self.assertEqual(completed("convert", "--samples", ""), [])  # a number is no file
+        self.assertEqual(completed("grid", "-n", "w"), ["wing.step"])
+        self.assertEqual(completed("convert", "--conf"), ["--config"])
+        self.assertEqual(completed("convert", "--unit", "i"), ["in", "input"])
         self.assertEqual(completed("help", "gr"), ["grid"])
 
     def test_other_shells_can_read_theirs(self):
@@ -121,6 +133,8 @@ class Generated(CliTest):
 
     def test_manual(self):
         page = run("man").stdout
+        for option in ("--config", "--version"):
+            self.assertIn(option.replace("-", "\\-"), page)
         for command in COMMANDS:
             self.assertIn(f".SS {command}\n", page)
             for option in re.findall(r"--[a-z0-9-]+", run("help", command).stdout.split("Examples:")[0]):

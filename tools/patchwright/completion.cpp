@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include <map>
+#include <algorithm>
 
 namespace patchwright::cli {
 
@@ -28,9 +28,15 @@ std::string quoted(const std::string& text) {
     return result + "'";
 }
 
-/// Options with names, not positional ones.
+/// Options with names, not positional ones; of a subcommand also the program's, which it takes.
 std::vector<const CLI::Option*> named_options(const CLI::App& command) {
-    return command.get_options([](const CLI::Option* option) { return !option->get_positional(); });
+    const auto is_named = [](const CLI::Option* option) { return !option->get_positional(); };
+    std::vector<const CLI::Option*> options = command.get_options(is_named);
+    if (command.get_parent() == nullptr) return options;
+    for (const CLI::Option* option : command.get_parent()->get_options(is_named))
+        if (command.get_option_no_throw("--" + option->get_lnames().front()) == nullptr)
+            options.push_back(option);
+    return options;
 }
 
 std::vector<std::string> all_names(const CLI::Option& option) {
@@ -52,6 +58,10 @@ std::string bash(const CLI::App& app) {
             if (const auto all = choices(*option); !all.empty())
                 values += fmt::format("        {}:{}) words=\"{}\" ;;\n", command->get_name(),
                                       all_names(*option).back(), fmt::join(all, " "));
+            else if (takes_value(*option) && !takes_file(*option))
+                values += fmt::format(
+                    "        {}:{}) return ;;\n", command->get_name(),
+                    fmt::join(all_names(*option), fmt::format("|{}:", command->get_name())));
         }
         words += fmt::format("        {}) words=\"{}\" ;;\n", command->get_name(), names);
     }
@@ -61,6 +71,7 @@ std::string bash(const CLI::App& app) {
         COMPREPLY=($(compgen -W "{0}--help --version --config" -- "$current"))
         return
     fi
+    COMPREPLY=()
     case ${{COMP_WORDS[1]}}:$before in
         help:*) words="{0}" ;;
         completion:*) words="bash zsh fish" ;;
@@ -83,7 +94,9 @@ std::string zsh_option(const CLI::Option& option) {
     std::string value;
     if (takes_value(option)) {
         const auto all = choices(option);
-        value = all.empty() ? ":value:_files" : fmt::format(":value:({})", fmt::join(all, " "));
+        value = takes_file(option) ? ":value:_files"
+                : all.empty()      ? ":value: "
+                                   : fmt::format(":value:({})", fmt::join(all, " "));
     }
     std::string text;
     for (const std::string& name : all_names(option))
@@ -131,8 +144,10 @@ std::string fish(const CLI::App& app) {
             for (const std::string& name : option->get_snames()) text += " -s " + name;
             for (const std::string& name : option->get_lnames()) text += " -l " + name;
             const auto all = choices(*option);
-            if (!all.empty()) text += fmt::format(" -xa '{}'", fmt::join(all, " "));
-            if (all.empty() && takes_value(*option)) text += " -r";
+            if (!all.empty())
+                text += fmt::format(" -xa '{}'", fmt::join(all, " "));
+            else if (takes_value(*option))
+                text += takes_file(*option) ? " -r" : " -x";
             text += fmt::format(" -d '{}'\n", escaped(option->get_description(), "'\\"));
         }
     }
@@ -149,9 +164,8 @@ std::string troff(const std::string& text) {
     return result.starts_with(".") || result.starts_with("'") ? "\\&" + result : result;
 }
 
-std::string manual_of(const CLI::App& command) {
-    std::string text =
-        fmt::format(".SS {}\n{}\n", command.get_name(), troff(command.get_description()));
+std::string manual_of_options(const CLI::App& command) {
+    std::string text;
     for (const CLI::Option* option : command.get_options()) {
         std::string name = option->get_positional()
                                ? option->get_name(true)
@@ -160,8 +174,15 @@ std::string manual_of(const CLI::App& command) {
             name += " " + option->get_type_name();
         text += fmt::format(".TP\n.B {}\n{}\n", troff(name), troff(option->get_description()));
         if (!option->get_default_str().empty())
-            text += fmt::format("Default: {}\n", troff(option->get_default_str()));
+            text += fmt::format(".br\nDefault: {}\n", troff(option->get_default_str()));
     }
+    return text;
+}
+
+std::string manual_of(const CLI::App& command) {
+    std::string text =
+        fmt::format(".SS {}\n{}\n", command.get_name(), troff(command.get_description())) +
+        manual_of_options(command);
     if (!command.get_footer().empty())
         text += fmt::format(".PP\n.nf\n{}\n.fi\n", escaped(command.get_footer(), "\\-"));
     return text;
@@ -180,7 +201,10 @@ std::string manual(const CLI::App& app) {
         ".B patchwright\n.I COMMAND\n[options]\n.SH COMMANDS\n",
         base::version(), troff(app.get_description()));
     for (const CLI::App* command : app.get_subcommands({})) text += manual_of(*command);
-    return text + fmt::format(".SH EXIT STATUS\n{}\n", troff(app.get_footer()));
+    std::string footer = app.get_footer();
+    std::replace(footer.begin(), footer.end(), '\n', ' ');
+    return text + ".SH OPTIONS\nOf every command, before or after its name.\n" +
+           manual_of_options(app) + fmt::format(".SH EXIT STATUS\n{}\n", troff(footer));
 }
 
 }  // namespace patchwright::cli

@@ -20,6 +20,8 @@ struct Described {
 };
 
 constexpr const char* units = "mm|cm|m|in|ft";
+constexpr const char* config_hint =
+    "Options may stand in a file as well, below [{}]: --config FILE.toml.";
 
 const std::map<std::string, Described> descriptions{
     {"input", {"", "FILE"}},
@@ -64,7 +66,8 @@ const std::map<std::string, Described> descriptions{
     {"--gradient", {"Files", "FILE.csv"}},
     {"--adjoint", {"Files", "FILE.csv"}},
     {"--jacobian", {"Files", "FILE.mtx"}},
-    {"--unit", {"Output", units}},
+    {"--unit", {"Output", "mm|cm|m|in|ft|input"}},
+    {"grid --unit", {"Output", units}},
     {"--schema", {"Output", "ap203|ap214|ap242"}},
     {"--continuity", {"Output", "g1|refined"}},
     {"--patches", {"Output", "charts|faces"}},
@@ -163,15 +166,24 @@ std::vector<std::string> subcommand_names(const CLI::App& app) {
                                        advice(name, subcommand_names(app))));
 }
 
-void check_option(const CLI::App& app, const CLI::App& command, const std::string& argument) {
-    const std::string name = argument.substr(0, argument.find('='));
-    if (command.get_option_no_throw(name) != nullptr || app.get_option_no_throw(name) != nullptr)
-        return;
+/// Without the limits that follow it.
+std::string value_name(const CLI::Option& option) {
+    return option.get_type_name().substr(0, option.get_type_name().find(':'));
+}
+
+/// Why there is no such option.
+std::string unknown_option(const CLI::App& command, const std::string& name) {
     std::vector<std::string> names;
     for (const CLI::Option* option : command.get_options())
         for (const std::string& known : option->get_lnames()) names.push_back("--" + known);
-    throw base::UsageError(fmt::format("{} has no option {}{}; see --help", command.get_name(),
-                                       name, advice(name, names)));
+    return fmt::format("{} has no option {}{}; see --help", command.get_name(), name,
+                       advice(name, names));
+}
+
+void check_option(const CLI::App& app, const CLI::App& command, const std::string& argument) {
+    const std::string name = argument.substr(0, argument.find('='));
+    if (command.get_option_no_throw(name) == nullptr && app.get_option_no_throw(name) == nullptr)
+        throw base::UsageError(unknown_option(command, name));
 }
 
 }  // namespace
@@ -184,13 +196,16 @@ void describe_commands(CLI::App& app) {
                                      : option->get_lnames().empty()
                                          ? option->get_name()
                                          : "--" + option->get_lnames().front();
-            const auto known = descriptions.find(name);
+            auto known = descriptions.find(command->get_name() + " " + name);
+            if (known == descriptions.end()) known = descriptions.find(name);
             if (known == descriptions.end()) continue;
             if (!option->get_positional()) option->group(known->second.group);
             if (option->get_items_expected_max() > 0) option->type_name(known->second.value);
         }
         const auto shown = examples.find(command->get_name());
-        if (shown != examples.end()) command->footer("Examples:\n" + shown->second);
+        if (shown != examples.end())
+            command->footer("Examples:\n" + shown->second + "\n\n" +
+                            fmt::format(fmt::runtime(config_hint), command->get_name()));
     }
 }
 
@@ -242,8 +257,28 @@ void check_names(const CLI::App& app, const std::vector<std::string>& arguments)
     }
 }
 
+void refuse_config(const CLI::App& app, const std::string& text) {
+    const std::string begin = "INI was not able to parse ";  // as CLI11 has it
+    if (!text.starts_with(begin)) throw base::UsageError("--config: " + text + "; see --help");
+    const std::string item = text.substr(begin.size());
+    const std::size_t dot = item.find('.');
+    if (dot == std::string::npos) {
+        const std::vector<CLI::App*> run = app.get_subcommands();
+        throw base::UsageError(fmt::format(
+            "--config: {}: options stand below a line with their subcommand: [{}]; see --help",
+            item, run.empty() ? "convert" : run.front()->get_name()));
+    }
+    const std::string section = item.substr(0, dot);
+    const std::vector<std::string> names = subcommand_names(app);
+    if (std::find(names.begin(), names.end(), section) == names.end())
+        refuse_subcommand(app, section);
+    throw base::UsageError(
+        fmt::format("--config: {}: {}", item,
+                    unknown_option(*app.get_subcommand(section), "--" + item.substr(dot + 1))));
+}
+
 std::vector<std::string> choices(const CLI::Option& option) {
-    const std::string value = option.get_type_name().substr(0, option.get_type_name().find(':'));
+    const std::string value = value_name(option);
     std::vector<std::string> words;
     if (value.find('|') == std::string::npos || value.find('.') != std::string::npos) return words;
     for (std::size_t begin = 0; begin <= value.size();) {
@@ -252,6 +287,12 @@ std::vector<std::string> choices(const CLI::Option& option) {
         begin = end + 1;
     }
     return words;
+}
+
+bool takes_file(const CLI::Option& option) {
+    const std::string value = value_name(option);
+    return option.get_items_expected_max() > 0 &&
+           (value == "FILE" || value.find('.') != std::string::npos);
 }
 
 }  // namespace patchwright::cli

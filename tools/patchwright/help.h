@@ -18,6 +18,10 @@ void register_help(CLI::App& app);
 ///        nearest
 void check_names(const CLI::App& app, const std::vector<std::string>& arguments);
 
+/// @param text  what the parser says of a file with options
+/// @throw UsageError that names the option and what is wrong with it
+[[noreturn]] void refuse_config(const CLI::App& app, const std::string& text);
+
 /// Script for a shell: bash, zsh or fish.
 std::string completion(const CLI::App& app, const std::string& shell);
 
@@ -26,5 +30,7 @@ std::string manual(const CLI::App& app);
 
 /// Words that an option's value is one of; empty where it is anything else.
 std::vector<std::string> choices(const CLI::Option& option);
+/// Whether an option's value is the name of a file.
+bool takes_file(const CLI::Option& option);
 
 }  // namespace patchwright::cli

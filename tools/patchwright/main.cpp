@@ -38,9 +38,6 @@ int report_error() {
     if (const int signal = stop_signal()) return fail(exit_code_of(signal), message_of(signal));
     try {
         throw;
-    } catch (const CLI::ConfigError& error) {
-        return fail(Usage,
-                    fmt::format("--config: there is no such option: {}; see --help", error.what()));
     } catch (const CLI::ParseError& error) {
         return fail(Usage, std::string(error.what()) + "; see --help");
     } catch (const base::UsageError& error) {
@@ -113,6 +110,8 @@ int run(int argc, char** argv) {
         check_names(app, std::vector<std::string>(argv + 1, argv + argc));
         app.parse(argc, argv);
         return exit_code;
+    } catch (const CLI::ConfigError& error) {
+        refuse_config(app, error.what());
     } catch (const CLI::Success& help) {
         std::ostringstream text;
         app.exit(help, text, text);
