@@ -9,6 +9,9 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+#include <string_view>
+
 namespace patchwright::report {
 
 namespace {
@@ -59,13 +62,31 @@ std::string view(const RunReport& report) {
     return text + "</ol>\n";
 }
 
+std::string file_of(const RunReport& report, std::string_view option) {
+    for (const auto& [name, value] : report.options)
+        if (name == option) return std::filesystem::path(value).filename().string();
+    return {};
+}
+
+/// What was done to which files, as the names of their folders tell nothing here.
+std::string title_of(const RunReport& report) {
+    if (report.options.empty()) return "patchwright report";
+    std::string text = report.options.front().second;
+    const std::size_t only_command = text.size();
+    for (const char* option : {"input", "file", "a", "b"})
+        if (const std::string file = file_of(report, option); !file.empty()) text += " " + file;
+    if (text.size() == only_command) text += " " + file_of(report, "cage");
+    const std::string output = file_of(report, "output");
+    return output.empty() ? text : text + " \u2192 " + output;
+}
+
 std::string head(const RunReport& report) {
+    const std::string title = escape_markup(title_of(report));
     std::string text = fmt::format(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta "
         "name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-        "<title>patchwright report</title>\n<style>{}</style></head>\n<body>\n"
-        "<h1>patchwright {}</h1>\n",
-        page_style(), base::version());
+        "<title>{0}</title>\n<style>{1}</style></head>\n<body>\n<h1>{0}</h1>\n",
+        title, page_style());
     if (report.verdict)
         text += fmt::format("<p class=\"verdict {}\">{}</p>\n",
                             report.verdict->met() ? "met" : "missed",
@@ -98,6 +119,8 @@ std::string to_html(const RunReport& report) {
             page += fmt::format("<li>{}</li>\n", escape_markup(notice));
         page += "</ul>\n";
     }
+    if (!report.options.empty()) page += table({"Options", report.options, {}});
+    page += fmt::format("<p class=\"by\">patchwright {}</p>\n", base::version());
     return page + program(report, all_plots) + "</body></html>\n";
 }
 

@@ -161,6 +161,9 @@ class Pages(CliTest):
         self.assertGreater(blue, 0.5)
         self.assertIn('<img alt="The output and its patches', text)
         self.assertLess(text.index("met 1e-4"), text.index("<img"))  # the verdict first
+        for tag in ("title", "h1"):
+            self.assertIn(f"<{tag}>convert wing.igs \u2192 wing.step</{tag}>", text)
+        self.assertIn("<tr><td>tolerance</td><td>1e-4rel</td></tr>", text.split("<h2>Options</h2>")[1])
         self.assertNotIn("http://", re.sub(r"http://www.w3.org/\S*", "", text.split("<script")[0]))
 
     def test_other_commands(self):
