@@ -5,6 +5,7 @@ FreeCAD's modules are imported instead of running under freecadcmd, which hides 
 """
 import os
 import pathlib
+import signal
 import sys
 import tempfile
 import time
@@ -130,6 +131,11 @@ class Conversions(Workbench):
         self.assertIn(run.wait(), program.CANCELLED)
         self.assertTrue(run.is_cancelled)
         self.assertEqual(os.listdir(self.folder), [])
+
+    def test_cancelled_where_interrupts_are_ignored(self):
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        self.addCleanup(signal.signal, signal.SIGINT, before)
+        self.test_cancelled()
 
     def test_failures(self):
         with self.assertRaisesRegex(program.ProgramError, "none.step: no such file"):

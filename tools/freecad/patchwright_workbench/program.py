@@ -105,7 +105,8 @@ class Run:
         """Asks it to stop; it leaves no file behind."""
         if self._process.poll() is None and not self.is_cancelled:
             self._cancelled_at = time.monotonic()
-            self._process.send_signal(signal.CTRL_BREAK_EVENT if os.name == "nt" else signal.SIGINT)
+            # SIGINT is ignored by what a script starts in the background, as it may have started FreeCAD.
+            self._process.send_signal(signal.CTRL_BREAK_EVENT if os.name == "nt" else signal.SIGTERM)
 
     def error(self):
         """The message that it ended with."""
