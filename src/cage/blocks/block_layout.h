@@ -7,6 +7,7 @@
 #include <patchwright/geom/types.h>
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,8 @@ struct LayoutBlock {
     std::array<BlockSide, 4>
         sides;  ///< counter-clockwise seen from outside, each begins at a corner
     int piece = -1;
+    /// Of a block that is a whole piece: number of the piece's border point at the first corner.
+    std::optional<int> first_point;
     /// On the flat piece: where each arc of each side begins; arcs are straight there.
     std::array<std::vector<Vec2>, 4> flat;
 };

@@ -41,8 +41,15 @@ struct Part {
 
 class Builder {
   public:
-    Builder(geom::EditableMesh& mesh, const geom::ModelSurface& reference, Poll& poll)
-        : mesh_(mesh), reference_(reference), poll_(poll), pieces_(mesh, reference) {}
+    Builder(geom::EditableMesh& mesh, const geom::ModelSurface& reference, Poll& poll,
+            const FieldLines* lines)
+        : mesh_(mesh),
+          reference_(reference),
+          poll_(poll),
+          pieces_(mesh, reference),
+          lined_(lines != nullptr) {
+        if (lines != nullptr) pieces_.add_lines(*lines);
+    }
 
     QuadLayout build() {
         cut_up();
@@ -77,8 +84,11 @@ class Builder {
             const int seed = pending.back();
             pending.pop_back();
             const CutPiece piece = pieces_.piece(seed);
-            const auto crest = crest_cut(piece, pieces_, reference_, poll_);
-            const auto form = crest ? std::nullopt : form_of(piece);
+            // Lines of a field run along crests, and pieces between them are as they are to be.
+            const auto crest = lined_ ? std::nullopt : crest_cut(piece, pieces_, reference_, poll_);
+            const auto form =
+                crest ? std::nullopt
+                      : form_of(piece, lined_ ? HollowSides::Stay : HollowSides::AreCut);
             if (form) {
                 parts_.push_back({seed, *form, {}});
                 continue;
@@ -319,12 +329,14 @@ class Builder {
         layout_.pieces.emplace_back(std::move(points), piece.corners, std::move(flat));
         around.polygon = polygon;
         add_piece_blocks(layout_, reference_, part.form, around);
+        if (part.form == PieceForm::Block) layout_.blocks.back().first_point = stops[0];
     }
 
     geom::EditableMesh& mesh_;
     const geom::ModelSurface& reference_;
     Poll& poll_;
     PieceMesh pieces_;
+    bool lined_;
     std::vector<Part> parts_;
     std::map<int, int> nodes_;
     std::map<std::pair<int, int>, ArcUse> arcs_;
@@ -333,8 +345,9 @@ class Builder {
 
 }  // namespace
 
-QuadLayout brep_layout(geom::EditableMesh& mesh, const geom::ModelSurface& reference, Poll& poll) {
-    return Builder(mesh, reference, poll).build();
+QuadLayout brep_layout(geom::EditableMesh& mesh, const geom::ModelSurface& reference, Poll& poll,
+                       const FieldLines* lines) {
+    return Builder(mesh, reference, poll, lines).build();
 }
 
 }  // namespace patchwright::cage

@@ -363,7 +363,7 @@ class CutSearch {
 
 }  // namespace
 
-std::optional<PieceForm> form_of(const CutPiece& piece) {
+std::optional<PieceForm> form_of(const CutPiece& piece, HollowSides hollow) {
     const int genus_and_borders = 2 - int(piece.borders.size()) - piece.euler;
     if (piece.has_apex) throw LayoutRefused{"a cone's tip is inside a face", true};
     if (genus_and_borders != 0)
@@ -373,7 +373,8 @@ std::optional<PieceForm> form_of(const CutPiece& piece) {
     if (piece.borders.empty()) return PieceForm::Sphere;
     if (piece.borders.size() > 1 || has_reflex(piece)) return std::nullopt;
     const Border& border = piece.borders[0];
-    if (corner_count(border) > 1 && hollow_side(border)) return std::nullopt;
+    if (hollow == HollowSides::AreCut && corner_count(border) > 1 && hollow_side(border))
+        return std::nullopt;
     switch (corner_count(border)) {
         case 0: return PieceForm::Disc;
         case 1: return PieceForm::Drop;

@@ -19,9 +19,13 @@ enum class PieceForm {
     Sphere    ///< closed
 };
 
+/// Sides that bend far inward: a cut from their middle is needed, or they stay, as lines of a field
+/// that part what is narrow on one side, such as the end of a fuselage, from what is wide.
+enum class HollowSides { AreCut, Stay };
+
 /// Nothing where a cut is needed.
 /// @throw LayoutRefused when no cut can help
-std::optional<PieceForm> form_of(const CutPiece& piece);
+std::optional<PieceForm> form_of(const CutPiece& piece, HollowSides hollow = HollowSides::AreCut);
 
 /// A cut to make.
 struct Cut {

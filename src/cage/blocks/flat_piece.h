@@ -22,6 +22,9 @@ class FlatPiece {
     FlatPiece(std::vector<geom::Vec3> points, std::vector<std::array<int, 3>> triangles,
               std::vector<Vec2> border);
 
+    [[nodiscard]] const std::vector<geom::Vec3>& points() const { return points_; }
+    [[nodiscard]] const std::vector<std::array<int, 3>>& triangles() const { return triangles_; }
+
     struct SurfacePoint {
         geom::Vec3 point, normal;
     };

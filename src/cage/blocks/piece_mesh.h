@@ -1,6 +1,7 @@
 // A triangle mesh cut into pieces along walls: kept features of a model and paths between them.
 #pragma once
 
+#include "cage/field/field_lines.h"
 #include "cage/poll.h"
 #include "geom/editable_mesh.h"
 
@@ -70,6 +71,10 @@ class PieceMesh {
     void cut(const CutPiece& piece, const PiecePath& path, const Parting& start, const Parting& end,
              bool held = false);
     void make_node(int v) { node_[std::size_t(v)] = 1; }
+    /// Makes lines walls, and takes the quads of pieces from their sectors. Vertices with more than
+    /// two walls and ends of lines become nodes.
+    /// @pre the lines are drawn in the mesh, and it has not been cut yet
+    void add_lines(const FieldLines& made);
 
     /// Puts a vertex into a wall, half way along it; returns it. Pieces must be made anew then.
     int split_wall(int a, int b);

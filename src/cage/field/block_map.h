@@ -1,0 +1,39 @@
+// Where the grid lines of blocks run: coordinates over all blocks at once.
+#pragma once
+
+#include "cage/blocks/block_layout.h"
+#include "cage/blocks/divisions.h"
+#include "cage/poll.h"
+
+#include <memory>
+
+namespace patchwright::cage {
+
+/// Two coordinates on the triangles of all blocks, whole numbers along grid lines. Across an arc
+/// inside the surface they go on as those of the block beyond, so that arcs are none of their
+/// lines: only features are, on which points may slide, and singular nodes stay. Of all such
+/// coordinates these have the least Dirichlet energy. Blocks with a valence-3 insertion and those
+/// that share a piece have none; the arcs around them stay where they are. Source: Campen, Bommes
+/// and Kobbelt, Quantized global parametrization (2015), section 6, with Dirichlet's energy in
+/// place of the field.
+class BlockMap {
+  public:
+    BlockMap(const QuadLayout& layout, const Divisions& divisions, Poll& poll);
+    ~BlockMap();
+    BlockMap(BlockMap&&) noexcept;
+    BlockMap& operator=(BlockMap&&) noexcept;
+
+    /// Whether a block has coordinates; see BlockFrames::mapped().
+    [[nodiscard]] bool has(int block) const;
+    /// The point of a block with given coordinates, from 0 to the numbers of edges of its first and
+    /// second side. @pre has(block)
+    [[nodiscard]] FlatPiece::SurfacePoint point(int block, const Vec2& p) const;
+    /// Points along an arc at whole numbers of its edges; nothing for those inside a piece.
+    [[nodiscard]] std::vector<geom::Vec3> along(int arc) const;
+
+  private:
+    class Solver;
+    std::unique_ptr<Solver> solver_;
+};
+
+}  // namespace patchwright::cage

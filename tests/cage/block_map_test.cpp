@@ -1,0 +1,181 @@
+// Coordinates over blocks, and numbers of edges that are improved along ways through them.
+#include "cage/field/block_map.h"
+
+#include "cage/blocks/brep_layout.h"
+#include "cage/field/division_search.h"
+#include "cage/field/field_lines.h"
+#include "cage/remesh/remesh.h"
+#include "support/triangle_shapes.h"
+
+#include <patchwright/geom/mesh_reference.h>
+
+#include <catch2/catch.hpp>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace patchwright {
+namespace {
+
+using cage::Vec2;
+using geom::Vec3;
+
+cage::Poll poll;  // never stops
+
+/// Blocks along the lines of a field.
+struct Blocks {
+    explicit Blocks(geom::TriangleMesh triangles)
+        : reference(std::move(triangles)), mesh(reference.surface_mesh(0.0)) {
+        cage::RemeshOptions options;
+        options.size.largest_rel = 0.08;
+        options.size.scale = 0.5;
+        cage::remesh(mesh, reference, options, poll);
+        cage::open_corners(mesh);
+        cage::CrossField field =
+            cage::cross_field(mesh, cage::curvature_hints(mesh, reference, poll), poll);
+        const cage::FieldTopology topology = cage::field_topology(mesh, field);
+        const cage::FieldLines lines = cage::field_lines(mesh, field, topology, poll);
+        layout = cage::brep_layout(mesh, reference, poll, &lines);
+    }
+
+    void want_edges_of(double length) {
+        for (cage::LayoutArc& arc : layout.arcs) {
+            arc.wanted = 0.0;
+            for (std::size_t i = 0; i + 1 < arc.points.size(); ++i)
+                arc.wanted += (arc.points[i + 1] - arc.points[i]).norm() / length;
+        }
+    }
+
+    geom::MeshReference reference;
+    geom::EditableMesh mesh;
+    cage::QuadLayout layout;
+};
+
+int edges_of(const cage::Divisions& divisions, const cage::BlockSide& side) {
+    int sum = 0;
+    for (const cage::ArcUse& use : side) sum += divisions.edges[std::size_t(use.arc)];
+    return sum;
+}
+
+TEST_CASE("coordinates of a box are linear on each side", "[field][oracle]") {
+    Blocks box(test::triangle_box(10, 20, 30));
+    REQUIRE(box.layout.blocks.size() == 6);
+    box.want_edges_of(5.0);
+    const auto divisions =
+        cage::improved_divisions(box.layout, cage::divide_arcs(box.layout, poll), poll);
+    const cage::BlockMap map(box.layout, divisions, poll);
+    for (std::size_t b = 0; b < 6; ++b) {
+        const auto& sides = box.layout.blocks[b].sides;
+        REQUIRE(map.has(int(b)));
+        const int m = edges_of(divisions, sides[0]), n = edges_of(divisions, sides[1]);
+        const Vec3 origin = map.point(int(b), {0.0, 0.0}).point,
+                   x = map.point(int(b), {double(m), 0.0}).point - origin,
+                   y = map.point(int(b), {0.0, double(n)}).point - origin;
+        CHECK(std::abs(x.dot(y)) < 1e-9);
+        CHECK(x.norm() == Approx(5.0 * m).epsilon(1e-12));
+        CHECK(y.norm() == Approx(5.0 * n).epsilon(1e-12));
+        for (const auto& [u, v] : {std::pair{0.3, 0.4}, {0.5, 0.5}, {0.9, 0.1}}) {
+            // The linear function is harmonic, and least; weights of obtuse triangles are raised,
+            // which moves points by a fraction of a triangle's side of 1.5 mm.
+            const Vec3 expected = origin + u * x + v * y;
+            CHECK((map.point(int(b), {u * m, v * n}).point - expected).norm() < 0.03);
+        }
+    }
+}
+
+/// A tube along z with the end at z = 0 wider than the other one.
+geom::TriangleMesh cone(double wide, double narrow, double height) {
+    geom::TriangleMesh mesh = test::triangle_cylinder(1.0, height, 32);
+    for (Eigen::Index i = 0; i < mesh.points.rows(); ++i) {
+        const double radius = wide + (narrow - wide) * mesh.points(i, 2) / height;
+        mesh.points(i, 0) *= radius;
+        mesh.points(i, 1) *= radius;
+    }
+    return mesh;
+}
+
+TEST_CASE("blocks of a tapered tube keep their four corners and do not fold", "[field][oracle]") {
+    // Its side narrows: a border that bends inward is no reason for a cut along it.
+    Blocks tube(cone(12.0, 3.0, 30.0));
+    tube.want_edges_of(4.0);
+    const auto divisions =
+        cage::improved_divisions(tube.layout, cage::divide_arcs(tube.layout, poll), poll);
+    const cage::BlockMap map(tube.layout, divisions, poll);
+    for (std::size_t b = 0; b < tube.layout.blocks.size(); ++b) {
+        const auto& sides = tube.layout.blocks[b].sides;
+        CHECK(divisions.insertions[b].count == 0);
+        CHECK(edges_of(divisions, sides[0]) == edges_of(divisions, sides[2]));
+        CHECK(edges_of(divisions, sides[1]) == edges_of(divisions, sides[3]));
+        REQUIRE(map.has(int(b)));
+        for (int i = 0; i < edges_of(divisions, sides[0]); ++i) {
+            for (int j = 0; j < edges_of(divisions, sides[1]); ++j) {
+                const auto p = [&](double u, double v) {
+                    return map.point(int(b), {i + u, j + v});
+                };
+                const Vec3 area =
+                    (p(1, 1).point - p(0, 0).point).cross(p(0, 1).point - p(1, 0).point);
+                CHECK(area.dot(p(0.5, 0.5).normal) > 0.0);
+            }
+        }
+    }
+    // Arcs inside the surface are lines of the triangles no more, but points stay on these, whose
+    // sides of 1.5 mm leave a radius of 3 mm by 0.094 mm.
+    for (std::size_t a = 0; a < tube.layout.arcs.size(); ++a) {
+        const auto points = map.along(int(a));
+        REQUIRE(int(points.size()) == divisions.edges[a] + 1);
+        for (const Vec3& p : points) CHECK(tube.reference.foot_point(p).distance < 0.1);
+    }
+}
+
+cage::LayoutBlock block(std::array<std::vector<int>, 4> sides) {
+    cage::LayoutBlock made;
+    for (std::size_t s = 0; s < 4; ++s)
+        for (const int arc : sides[s]) made.sides[s].push_back({arc, false});
+    return made;
+}
+
+TEST_CASE("improved numbers are the best there are", "[layout][oracle]") {
+    // 0 on the left is opposite 1 and 2, which go on to 3 and 4; the others are free but for pairs.
+    cage::QuadLayout made;
+    for (const double wanted : {7.0, 1.0, 3.5, 6.0, 0.5, 2.0, 4.0, 1.0, 9.0, 1.5}) {
+        cage::LayoutArc arc;
+        arc.wanted = wanted;
+        made.arcs.push_back(arc);
+    }
+    made.blocks = {block({{{5}, {1, 2}, {6}, {0}}}), block({{{7}, {3}, {8}, {1}}}),
+                   block({{{8}, {4}, {9}, {2}}})};
+    const cage::Divisions start = cage::divide_arcs(made, poll);
+    const cage::Divisions better = cage::improved_divisions(made, start, poll);
+    const double found = cage::cost_of_divisions(made, better);
+    CHECK(found <= cage::cost_of_divisions(made, start));
+    // All numbers without an insertion, which costs more than the whole.
+    double least = 1e300;
+    cage::Divisions all = start;
+    for (cage::Valence3Insertion& one : all.insertions) one.count = 0;
+    constexpr int most = 10;
+    for (int i = 1; i <= most; ++i)
+        for (int j = 1; j <= most; ++j)
+            for (int k = 1; k <= most; ++k)
+                for (int l = 1; l <= most; ++l) {
+                    all.edges = {i + j, i, j, i, j, k, k, l, l, l};
+                    least = std::min(least, cage::cost_of_divisions(made, all));
+                }
+    CHECK(found == Approx(least).epsilon(1e-12));
+}
+
+TEST_CASE("numbers that must be kept are kept", "[layout]") {
+    cage::QuadLayout made;
+    for (const double wanted : {1.0, 1.0, 5.0, 5.0}) {
+        cage::LayoutArc arc;
+        arc.wanted = wanted;
+        arc.least = 3;
+        made.arcs.push_back(arc);
+    }
+    made.blocks = {block({{{0}, {2}, {1}, {3}}})};
+    const auto better = cage::improved_divisions(made, cage::divide_arcs(made, poll), poll);
+    CHECK(better.edges == std::vector<int>{3, 3, 5, 5});
+}
+
+}  // namespace
+}  // namespace patchwright
