@@ -1,5 +1,6 @@
 #include "cage/blocks/divisions.h"
 
+#include "cage/blocks/division_costs.h"
 #include "geom/shortest_paths.h"
 
 #include <patchwright/base/numbers.h>
@@ -18,11 +19,6 @@ using base::infinity;
 
 namespace {
 
-/// A block's side that an arc is part of.
-struct SideUse {
-    int block = -1, side = -1;
-};
-
 /// A corner of a block, by the side that ends there.
 struct BlockCorner {
     int block = -1, side = -1;
@@ -38,13 +34,10 @@ struct Strip {
 constexpr int tries = 20;
 // Strips that are added at most, besides those that must be: for each arc, and for small layouts.
 constexpr int rounds_per_arc = 20, fewest_rounds = 100;
-// Costs, in edges that an arc has too many: a valence-3 insertion is as bad as a dozen, a further
-// strip around the same corner costs little; a strip where edges are missing must still be short.
-constexpr double first_insertion = 12.0, further_insertion = 0.5, least_cost = 0.02;
+// A strip where edges are missing must still be short.
+constexpr double least_cost = 0.02;
 // Of each arc that a strip crosses, so that short ways are taken.
 constexpr double cost_of_arc = 0.5;
-// Edges that an arc should get at least, however short it is: keeps relative errors finite.
-constexpr double least_wanted = 0.5;
 
 class Divider {
   public:
@@ -130,9 +123,7 @@ class Divider {
 
     [[nodiscard]] int number(int a) const { return result_.edges[at(a)]; }
 
-    [[nodiscard]] double wanted(int a) const {
-        return std::max(least_wanted, layout_.arcs[at(a)].wanted);
-    }
+    [[nodiscard]] double wanted(int a) const { return wanted_edges(layout_.arcs[at(a)]); }
 
     [[nodiscard]] int most_missing() const {
         int arc = -1, most = 0;
@@ -147,8 +138,7 @@ class Divider {
     }
 
     [[nodiscard]] double penalty(int a, int n) const {
-        const double d = n - wanted(a);
-        return d * d / wanted(a);
+        return division_penalty(layout_.arcs[at(a)], n);
     }
 
     [[nodiscard]] double gain(const std::vector<int>& arcs) const {

@@ -290,7 +290,6 @@ class BlockMap::Solver {
         const auto& both = beside_.at(border->second);
         if (both.size() != 2) return false;
         const int a = border->second.first;
-        // With the same triangle on both sides there is no way on.
         const bool first = both[0].block == here.block && both[0].triangle == here.number;
         const Beside &from = both[first ? 0 : 1], &to = both[first ? 1 : 0];
         const ArcPlace u = use_at(from.block, from.side, from.place),

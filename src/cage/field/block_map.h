@@ -13,11 +13,14 @@ namespace patchwright::cage {
 /// inside the surface they go on as those of the block beyond, so that arcs are none of their
 /// lines: only features are, on which points may slide, and singular nodes stay. Of all such
 /// coordinates these have the least Dirichlet energy. Blocks with a valence-3 insertion and those
-/// that share a piece have none; the arcs around them stay where they are. Source: Campen, Bommes
-/// and Kobbelt, Quantized global parametrization (2015), section 6, with Dirichlet's energy in
-/// place of the field.
+/// that share a piece have none; the arcs around them stay where they are.
+/// @throw LayoutRefused when there are no such coordinates
+///
+/// Source: Campen, Bommes and Kobbelt, Quantized global parametrization (2015), with Dirichlet's
+/// energy in place of the field.
 class BlockMap {
   public:
+    /// Both are kept by reference.
     BlockMap(const QuadLayout& layout, const Divisions& divisions, Poll& poll);
     ~BlockMap();
     BlockMap(BlockMap&&) noexcept;

@@ -1,5 +1,7 @@
 #include "cage/field/division_search.h"
 
+#include "cage/blocks/division_costs.h"
+
 #include <patchwright/base/numbers.h>
 
 #include <algorithm>
@@ -14,10 +16,6 @@ using base::infinity;
 
 namespace {
 
-// What an insertion in a square block costs, and what one more strip around its corner.
-constexpr double first_insertion = 12.0, further_insertion = 0.5;
-// Edges that an arc should get at least, however short it is: keeps relative errors finite.
-constexpr double least_wanted = 0.5;
 // Of every step, so that ways are short, and what a change must gain.
 constexpr double cost_of_step = 1e-4, worth_a_change = 1e-6;
 // Passes over all steps between looks for a cycle.
@@ -25,11 +23,6 @@ constexpr int passes_between = 3;
 
 /// Signs with which an insertion at a corner adds to side 0 less side 2, and to side 1 less side 3.
 constexpr std::array<std::array<int, 2>, 4> corner_signs{{{1, 1}, {-1, 1}, {-1, -1}, {1, -1}}};
-
-double penalty(const LayoutArc& arc, int n) {
-    const double wanted = std::max(least_wanted, arc.wanted);
-    return (n - wanted) * (n - wanted) / wanted;
-}
 
 /// Length over width.
 double slenderness(const QuadLayout& layout, const LayoutBlock& block) {
@@ -44,11 +37,6 @@ double slenderness(const QuadLayout& layout, const LayoutBlock& block) {
     const double least = std::min(length[0], length[1]);
     return least > 0.0 ? std::max(length[0], length[1]) / least : 1.0;
 }
-
-/// A block's side that an arc is part of.
-struct SideUse {
-    int block = -1, side = -1;
-};
 
 class DivisionSearch {
   public:
@@ -90,7 +78,7 @@ class DivisionSearch {
         const LayoutArc& a = layout_.arcs[at(arc)];
         const int n = current_.edges[at(arc)];
         if (n + change < a.least) return infinity;
-        return cost_of_step + penalty(a, n + change) - penalty(a, n);
+        return cost_of_step + division_penalty(a, n + change) - division_penalty(a, n);
     }
 
     [[nodiscard]] double cost_of(const Turn& turn) const {
@@ -244,7 +232,7 @@ class DivisionSearch {
 double cost_of_divisions(const QuadLayout& layout, const Divisions& divisions) {
     double sum = 0.0;
     for (std::size_t a = 0; a < layout.arcs.size(); ++a)
-        sum += penalty(layout.arcs[a], divisions.edges[a]);
+        sum += division_penalty(layout.arcs[a], divisions.edges[a]);
     for (std::size_t b = 0; b < layout.blocks.size(); ++b)
         if (const int count = divisions.insertions[b].count; count > 0)
             sum += slenderness(layout, layout.blocks[b]) *
