@@ -1,10 +1,11 @@
 #include "cage/blocks/brep_cage.h"
+#include "cage/field/field_blocks.h"
+#include "cage/kept_curves.h"
 #include "cage/poll.h"
 #include "cage/remesh/mesh_part.h"
 #include "cage/remesh/quads.h"
 #include "cage/remesh/remesh.h"
 #include "cage/sections/recognise.h"
-#include "cage/tight_radius.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/cage/make_cage.h>
@@ -34,51 +35,6 @@ std::vector<std::string> group_names(const geom::ModelSurface& model) {
             if (c == ' ' || c == '\t' || c == '\n' || c == '\r') c = '_';
     }
     return names;
-}
-
-/// Whether the surface is rounded too tightly across a curve for faces of a cage, on most of it.
-bool runs_along_tight_rounding(int curve, const geom::ModelSurface& reference, Poll& poll) {
-    constexpr int samples = 9;
-    const double length = reference.features().curves[std::size_t(curve)].length;
-    const double tightest = tight_radius_rel * reference.bounds().diagonal();
-    int tight = 0;
-    for (int k = 0; k < samples; ++k) {
-        poll();
-        const auto at = reference.point_on_curve(curve, length * (k + 0.5) / samples);
-        const auto bend = reference.curvature(reference.foot_point(at.point));
-        if (!bend) continue;
-        double across = 0.0;
-        for (std::size_t j = 0; j < 2; ++j) {
-            const double along = bend->direction[j].dot(at.tangent);
-            across += bend->value[j] * (1.0 - along * along);
-        }
-        tight += std::abs(across) * tightest > 1.0 ? 1 : 0;
-    }
-    return 2 * tight > samples;
-}
-
-/// Curves that cages keep as lines: all sharp and free ones, and smooth ones along edges that are
-/// rounded too tightly for faces of a cage, as those of blades are; in cages from triangles also
-/// smooth ones at which the normal turns by a few degrees.
-enum class Lines { OfTriangles, OfBlocks };
-
-std::vector<char> kept_curves(const geom::ModelSurface& reference, Lines lines, Poll& poll) {
-    // 6 degrees, a third of what is sharp: triangles across such a curve would smooth it away.
-    constexpr double slight_bend_rad = 0.1;
-    // Of the diagonal: shorter smooth curves are seams between small faces.
-    constexpr double shortest_smooth_rel = 0.02;
-    const double diagonal = reference.bounds().diagonal();
-    const auto& curves = reference.features().curves;
-    std::vector<char> kept;
-    for (std::size_t i = 0; i < curves.size(); ++i) {
-        const geom::FeatureCurve& curve = curves[i];
-        const bool is_long = curve.length > shortest_smooth_rel * diagonal;
-        const bool bends =
-            lines == Lines::OfTriangles && curve.greatest_angle_rad > slight_bend_rad;
-        kept.push_back(curve.kind != geom::FeatureKind::Smooth ||
-                       (is_long && (bends || runs_along_tight_rounding(int(i), reference, poll))));
-    }
-    return kept;
 }
 
 /// One cage of all parts.
@@ -116,7 +72,7 @@ constexpr int scalings = 4;
 constexpr double log_ratio_met = 0.2;
 // Blocks along faces that need more quads than this are no simple layout any more, and remeshing
 // makes better shaped ones.
-constexpr std::size_t most_quads_along_faces = 4000;
+constexpr std::size_t most_quads_laid_out = 4000;
 
 bool is_met(double ratio) { return std::abs(std::log(ratio)) < log_ratio_met; }
 
@@ -160,35 +116,85 @@ std::size_t face_count(const std::vector<Blocks>& parts) {
 struct Aligned {
     std::vector<Blocks> parts;
     std::vector<std::string> texts;
-    int known = 0;                              ///< bodies that are recognised
-    bool from_faces = false, remeshed = false;  ///< some of the others
+    int known = 0;                                                  ///< bodies that are recognised
+    bool from_field = false, from_faces = false, remeshed = false;  ///< some of the others
 };
 
-/// Blocks along the faces of a body, into `part` where there are any.
-/// @return what came of it, for the user
-std::string lay_out_blocks(const SurfaceBody& body, const std::vector<char>& borders,
-                           const CageSource& source, const CageOptions& options, double scale,
-                           std::optional<Blocks>& part) {
-    if (!source.reference.has_cad_faces())
-        return "no blocks (triangles have no faces to lay blocks along)";
-    if (body.mesh->faces_without > 0) return "no blocks (faces could not be triangulated)";
-    BodyBlocks made =
-        brep_blocks(body, borders, source.reference, source.names, options, source.poll, scale);
-    if (!made.blocks) return fmt::format("no blocks ({})", made.refused);
-    try {
-        joined({*made.blocks});
-    } catch (const base::InputError& error) {
-        // Blocks of two faces may meet twice: then they are no cage.
-        return fmt::format("no blocks ({})", error.what());
+/// Feature curves that blocks of one kind keep as lines.
+struct BlockBorders {
+    std::vector<char> of_field, of_faces;
+};
+
+BlockBorders block_borders_of(const geom::SurfaceMesh& mesh, const CageSource& source,
+                              const CageOptions& options) {
+    BlockBorders borders;
+    const auto kept = kept_curves(source.reference, Lines::OfBlocks, source.poll);
+    if (options.blocks != BlockWay::Faces) {
+        borders.of_field = kept;
+        keep_continuations(source.reference, borders.of_field);
     }
-    part = std::move(*made.blocks);
-    return "blocks along its faces";
+    borders.of_faces = block_borders(mesh, source.reference, kept, source.poll);
+    return borders;
+}
+
+enum class LaidOut { Not, ByField, AlongFaces };
+
+/// Nothing where there are no blocks, or none that are a cage.
+std::optional<int> extraordinary_vertices(BodyBlocks& made) {
+    if (!made.blocks) return std::nullopt;
+    try {
+        return mesh::summarise(*joined({*made.blocks}).topology).extraordinary;
+    } catch (const base::InputError& error) {
+        // Blocks of two faces may meet twice.
+        made = {std::nullopt, error.what()};
+        return std::nullopt;
+    }
+}
+
+/// Blocks of a body that is not recognised, into `part` where there are any: those with fewer
+/// extraordinary vertices.
+/// @param text  what came of it, for the user
+LaidOut lay_out_blocks(const SurfaceBody& body, const BlockBorders& borders,
+                       const CageSource& source, const CageOptions& options, double scale,
+                       std::optional<Blocks>& part, std::string& text) {
+    if (!source.reference.has_cad_faces()) {
+        text += ", no blocks (triangles have no faces to lay blocks along)";
+        return LaidOut::Not;
+    }
+    if (body.mesh->faces_without > 0) {
+        text += ", no blocks (faces could not be triangulated)";
+        return LaidOut::Not;
+    }
+    const auto& [reference, names, poll] = source;
+    std::optional<int> by_field, along_faces;  // their extraordinary vertices
+    BodyBlocks of_field, of_faces;
+    if (options.blocks != BlockWay::Faces) {
+        of_field = field_blocks(body, borders.of_field, reference, names, options, poll, scale);
+        by_field = extraordinary_vertices(of_field);
+        if (!by_field) text += fmt::format(", no blocks by a cross field ({})", of_field.refused);
+    }
+    if (options.blocks != BlockWay::Field) {
+        of_faces = brep_blocks(body, borders.of_faces, reference, names, options, poll, scale);
+        along_faces = extraordinary_vertices(of_faces);
+        if (!along_faces) text += fmt::format(", no blocks along its faces ({})", of_faces.refused);
+    }
+    if (by_field && (!along_faces || *by_field < *along_faces)) {
+        text += ", blocks by a cross field";
+        part = std::move(of_field.blocks);
+        return LaidOut::ByField;
+    }
+    if (along_faces) {
+        text += ", blocks along its faces";
+        part = std::move(of_faces.blocks);
+        return LaidOut::AlongFaces;
+    }
+    return LaidOut::Not;
 }
 
 Aligned aligned(const geom::SurfaceMesh& mesh, const CageSource& source,
                 const CageOptions& options) {
     const std::vector<SurfaceBody> bodies = bodies_of(mesh);
-    std::vector<char> borders;
+    std::optional<BlockBorders> borders;
     double fineness = options.fineness;
     for (int round = 0;; ++round) {
         // Wings get lines along the span by the root of the fineness and rings by all of it, so
@@ -196,39 +202,42 @@ Aligned aligned(const geom::SurfaceMesh& mesh, const CageSource& source,
         const double scale = std::pow(fineness / options.fineness, -0.75);
         Aligned result;
         std::vector<std::optional<Blocks>> found;
-        std::vector<std::size_t> along_faces;
+        std::vector<std::size_t> laid_out;
         for (const SurfaceBody& body : bodies) {
             Recognised one = recognise(body, source.reference, fineness, source.poll);
             if (one.blocks) {
                 ++result.known;
             } else if (!result.remeshed) {
-                if (borders.empty() && source.reference.has_cad_faces())
-                    borders = block_borders(
-                        mesh, source.reference,
-                        kept_curves(source.reference, Lines::OfBlocks, source.poll), source.poll);
-                one.text +=
-                    ", " + lay_out_blocks(body, borders, source, options, scale, one.blocks);
-                if (one.blocks) along_faces.push_back(found.size());
-                result.remeshed = !one.blocks;
+                if (!borders) {
+                    borders.emplace();
+                    if (source.reference.has_cad_faces())
+                        borders = block_borders_of(mesh, source, options);
+                }
+                const LaidOut way =
+                    lay_out_blocks(body, *borders, source, options, scale, one.blocks, one.text);
+                if (way != LaidOut::Not) laid_out.push_back(found.size());
+                result.from_field = result.from_field || way == LaidOut::ByField;
+                result.from_faces = result.from_faces || way == LaidOut::AlongFaces;
+                result.remeshed = way == LaidOut::Not;
             }
             result.texts.push_back(std::move(one.text));
             found.push_back(std::move(one.blocks));
         }
         std::size_t faces = 0;
-        for (const std::size_t i : along_faces) faces += found[i]->faces.size();
-        if (faces > most_quads_along_faces && options.method == Method::Auto &&
+        for (const std::size_t i : laid_out) faces += found[i]->faces.size();
+        if (faces > most_quads_laid_out && options.method == Method::Auto &&
             !options.target_faces) {
             result.remeshed = true;
-            result.texts[along_faces.back()] += fmt::format(" ({} quads, too many)", faces);
+            result.texts[laid_out.back()] += fmt::format(" ({} quads, too many)", faces);
         }
         // Blocks start coarse and are refined often, remeshed parts are not: one fit is for either.
         if (result.remeshed) {
-            for (const std::size_t i : along_faces) {
+            for (const std::size_t i : laid_out) {
                 found[i].reset();
                 result.texts[i] += ", remeshed with all that are not recognised";
             }
         }
-        result.from_faces = !result.remeshed && !along_faces.empty();
+        if (result.remeshed) result.from_field = result.from_faces = false;
         const bool none =
             std::none_of(found.begin(), found.end(), [](const auto& b) { return b.has_value(); });
         if (none || (result.remeshed && options.method == Method::Aligned)) return result;
@@ -270,6 +279,7 @@ CageResult make_cage(const geom::ModelSurface& model, const CageOptions& options
         parts = std::move(found.parts);
         if (!parts.empty()) result.recognised = found.known;
         result.layout = std::move(found.texts);
+        result.from_field = found.from_field;
         result.from_faces = found.from_faces;
         if (!found.remeshed) result.method = Method::Aligned;
         if (parts.empty() && options.method == Method::Aligned)

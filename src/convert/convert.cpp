@@ -44,6 +44,7 @@ Growth growth_of(CageKind kind, int faces) {
     switch (kind) {
         case CageKind::Given:
         case CageKind::Sections: return unlimited_growth;
+        case CageKind::Field:
         case CageKind::Blocks:
             return {made_levels, std::min(most_vertices, first_vertices + vertices_a_face * faces)};
         case CageKind::Remeshed: return {made_levels, most_vertices};
@@ -136,6 +137,7 @@ class AttemptRunner {
         cage::CageResult made = cage::make_cage(surface(), making);
         for (std::string& text : made.notices) notice(std::move(text));
         attempt.kind = made.method == cage::Method::Remesh ? CageKind::Remeshed
+                       : made.from_field                   ? CageKind::Field
                        : made.from_faces                   ? CageKind::Blocks
                                                            : CageKind::Sections;
         attempt.cage = std::move(made.cage);
@@ -150,7 +152,10 @@ class AttemptRunner {
                                                              : options_.refinement,
             .max_levels = options_.max_levels.value_or(growth.levels),
             .max_vertices = growth.vertices,
-            .preserve_parametrisation = attempt.plan.preserve_parametrisation,
+            // Lines between those of a field are spaced by size and may move to where the fit
+            // wants them.
+            .preserve_parametrisation =
+                attempt.plan.preserve_parametrisation && attempt.kind != CageKind::Field,
             .symmetry = options_.symmetry,
             .progress = told(budget_.limited())};
         if (attempt.kind != CageKind::Given) fitting.max_idle_levels = idle_levels;
@@ -274,10 +279,19 @@ Conversion convert(const Source& source, const std::filesystem::path& output,
             const auto make_attempt = [&] { attempts.push_back(run.carry_out(*plan, attempts)); };
             if (attempts.empty()) {
                 make_attempt();
-            } else if (!memory_suffices(make_attempt)) {
-                run.result.notices.push_back(fmt::format(
-                    "attempt {} ran out of memory and was given up", attempts.size() + 1));
-                break;
+            } else {
+                try {
+                    if (!memory_suffices(make_attempt)) {
+                        run.result.notices.push_back(fmt::format(
+                            "attempt {} ran out of memory and was given up", attempts.size() + 1));
+                        break;
+                    }
+                } catch (const base::InputError& error) {
+                    // Finer blocks fold.
+                    run.result.notices.push_back(fmt::format("no finer cage: {}", error.what()));
+                    if (std::exchange(attempts.back().finer_refused, true)) break;
+                    continue;
+                }
             }
             const auto best = choose_best(attempts);
             for (std::size_t i = 0; i < attempts.size(); ++i)

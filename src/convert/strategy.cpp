@@ -10,6 +10,9 @@ namespace {
 /// A result that is farther off than so many tolerances has a cage of the wrong shape: finer lines
 /// of the same layout do not mend that.
 constexpr double far_off = 10.0;
+/// Blocks of a field are made finer once where they are off by no more tolerances; a fold by 180
+/// degrees counts as four.
+constexpr double few_off = 4.0;
 /// Another cage of the same kind is made while the last one reduced the worst excess at least so
 /// far; halved edges reduce it to a quarter or less where more control points are what is missing.
 constexpr double least_gain = 0.8;
@@ -109,11 +112,27 @@ std::optional<AttemptPlan> finer_remeshed(const Attempt& last, const ConvertOpti
     return plan;
 }
 
+/// Finer blocks of the field, once, as lines that lie badly do so in finer ones too; then others.
+AttemptPlan after_field(const Attempt& last, const Attempt& best, const ConvertOptions& options) {
+    AttemptPlan next{.cage = last.plan.cage};
+    if (!last.finer_refused && last.plan.cage.fineness == 1.0 && worst_excess(best) <= few_off) {
+        next.cage.method = cage::Method::Aligned;
+        next.cage.blocks = cage::BlockWay::Field;
+        next.cage.fineness *= 2.0;
+    } else {
+        next.cage.method = options.method;
+        next.cage.blocks = cage::BlockWay::Faces;
+        next.cage.fineness = 1.0;
+    }
+    return next;
+}
+
 }  // namespace
 
 bool AttemptPlan::same_cage(const AttemptPlan& other) const {
     return given == other.given && cage.method == other.cage.method &&
-           cage.fineness == other.cage.fineness && cage.finer_at == other.cage.finer_at;
+           cage.fineness == other.cage.fineness && cage.blocks == other.cage.blocks &&
+           cage.finer_at == other.cage.finer_at;
 }
 
 std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
@@ -127,7 +146,8 @@ std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
     }
     const Attempt& last = attempts.back();
     if (last.verdict.met() || options.cage) return std::nullopt;
-    if (last.kind == CageKind::Sections && last.plan.fit_share > least_fit_share &&
+    const bool lies_well = last.kind == CageKind::Sections || last.kind == CageKind::Field;
+    if (lies_well && last.plan.fit_share > least_fit_share &&
         (misses_shape_only(last) || misses_between_samples(last))) {
         AttemptPlan nearer = last.plan;
         nearer.fit_share *= 0.5;
@@ -141,7 +161,7 @@ std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
         return free;
     }
     const Attempt& best = best_of_last_cage(attempts);
-    AttemptPlan finer{.cage = last.plan.cage};
+    AttemptPlan finer{.cage = last.plan.cage};  // with the whole tolerance again
     finer.cage.fineness *= 2.0;
     AttemptPlan remeshed{.cage = last.plan.cage};
     remeshed.cage.method = cage::Method::Remesh;
@@ -150,12 +170,14 @@ std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
     switch (last.kind) {
         case CageKind::Given: return std::nullopt;
         case CageKind::Sections:
-            if (worst_excess(best) <= far_off && gained(attempts)) return finer;
+            if (!last.finer_refused && worst_excess(best) <= far_off && gained(attempts))
+                return finer;
             return may_remesh ? std::optional(remeshed) : std::nullopt;
+        case CageKind::Field: return after_field(last, best, options);
         case CageKind::Blocks:
             // Where blocks miss, finer ones do too: faces that follow the shape are needed.
             if (may_remesh) return remeshed;
-            return gained(attempts) ? std::optional(finer) : std::nullopt;
+            return !last.finer_refused && gained(attempts) ? std::optional(finer) : std::nullopt;
         case CageKind::Remeshed:
             return gained(attempts) || misses_elsewhere(best, options, diagonal)
                        ? finer_remeshed(best, options, diagonal)

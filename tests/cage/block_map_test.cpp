@@ -5,6 +5,7 @@
 #include "cage/field/division_search.h"
 #include "cage/field/field_lines.h"
 #include "cage/remesh/remesh.h"
+#include "cage/remesh/size_field.h"
 #include "support/triangle_shapes.h"
 
 #include <patchwright/geom/mesh_reference.h>
@@ -64,7 +65,8 @@ TEST_CASE("coordinates of a box are linear on each side", "[field][oracle]") {
     box.want_edges_of(5.0);
     const auto divisions =
         cage::improved_divisions(box.layout, cage::divide_arcs(box.layout, poll), poll);
-    const cage::BlockMap map(box.layout, divisions, poll);
+    const cage::SizeMetric metric(box.layout, box.reference, {}, poll);
+    const cage::BlockMap map(box.layout, divisions, metric, poll);
     for (std::size_t b = 0; b < 6; ++b) {
         const auto& sides = box.layout.blocks[b].sides;
         REQUIRE(map.has(int(b)));
@@ -101,7 +103,8 @@ TEST_CASE("blocks of a tapered tube keep their four corners and do not fold", "[
     tube.want_edges_of(4.0);
     const auto divisions =
         cage::improved_divisions(tube.layout, cage::divide_arcs(tube.layout, poll), poll);
-    const cage::BlockMap map(tube.layout, divisions, poll);
+    const cage::SizeMetric metric(tube.layout, tube.reference, {}, poll);
+    const cage::BlockMap map(tube.layout, divisions, metric, poll);
     for (std::size_t b = 0; b < tube.layout.blocks.size(); ++b) {
         const auto& sides = tube.layout.blocks[b].sides;
         CHECK(divisions.insertions[b].count == 0);
@@ -126,6 +129,34 @@ TEST_CASE("blocks of a tapered tube keep their four corners and do not fold", "[
         REQUIRE(int(points.size()) == divisions.edges[a] + 1);
         for (const Vec3& p : points) CHECK(tube.reference.foot_point(p).distance < 0.1);
     }
+}
+
+TEST_CASE("edges are as long as the surface bends in each direction", "[field][oracle]") {
+    constexpr double radius = 10.0, height = 30.0;
+    const Blocks tube(test::triangle_cylinder(radius, height, 64));
+    const cage::MetricSizes sizes{.tolerance_rel = 1e-3, .largest_rel = 0.3};
+    const cage::SizeMetric metric(tube.layout, tube.reference, sizes, poll);
+    const double diagonal = tube.reference.bounds().diagonal();
+    const double angle = cage::angle_of_edge(sizes.tolerance_rel, diagonal, 1.0 / radius);
+    int looked_at = 0;
+    for (std::size_t p = 0; p < tube.layout.pieces.size(); ++p) {
+        const cage::FlatPiece& piece = tube.layout.pieces[p];
+        for (std::size_t t = 0; t < piece.triangles().size(); ++t) {
+            Vec3 middle = Vec3::Zero();
+            for (const int v : piece.triangles()[t]) middle += piece.points()[std::size_t(v)] / 3.0;
+            // Lids are flat, and curvature of triangles is rough beside the rims.
+            if (std::abs(middle.z() - 0.5 * height) > 0.3 * height) continue;
+            const Vec3 along(0.0, 0.0, 1.0);
+            const Vec3 around = along.cross(middle).normalized();
+            const cage::PieceTriangle place{int(p), int(t)};
+            // Of the normal curvature, which triangles of 64 sides give to a few percent.
+            CHECK(metric.length(place, radius * angle * around) == Approx(1.0).epsilon(0.05));
+            CHECK(metric.length(place, sizes.largest_rel * diagonal * along) ==
+                  Approx(1.0).epsilon(0.05));
+            ++looked_at;
+        }
+    }
+    CHECK(looked_at > 100);
 }
 
 cage::LayoutBlock block(std::array<std::vector<int>, 4> sides) {

@@ -198,6 +198,29 @@ TEST_CASE("blocks that miss are remeshed, unless the user has asked for blocks",
     CHECK(convert::choose_next({a}, aligned, diagonal)->cage.fineness == 2.0);
 }
 
+TEST_CASE("blocks of a field get finer once, then others take their place", "[convert]") {
+    std::vector<Attempt> attempts{
+        attempt(*convert::choose_next({}, made(), diagonal), CageKind::Field, 3.0)};
+    CHECK(attempts.back().plan.cage.blocks == cage::BlockWay::Fewest);
+    // Were it not for the user's wish, finer ones that are refused would be remeshed.
+    CHECK(convert::choose_next(attempts, made(), diagonal)->cage.method == cage::Method::Aligned);
+    attempts.push_back(next_of(attempts, CageKind::Field, 1.2));
+    CHECK(attempts.back().plan.cage.fineness == 2.0);
+    CHECK(attempts.back().plan.cage.blocks == cage::BlockWay::Field);
+    const auto others = convert::choose_next(attempts, made(), diagonal);
+    REQUIRE(others.has_value());
+    CHECK(others->cage.blocks == cage::BlockWay::Faces);
+    CHECK_FALSE(others->same_cage(attempts.front().plan));
+    CHECK(others->cage.fineness == 1.0);
+    CHECK(others->cage.method == cage::Method::Auto);
+    // What is far off, or has no finer ones, is given up at once.
+    attempts.resize(1);
+    attempts.back().finer_refused = true;
+    CHECK(convert::choose_next(attempts, made(), diagonal)->cage.blocks == cage::BlockWay::Faces);
+    const Attempt far = attempt(attempts.back().plan, CageKind::Field, 4.5);
+    CHECK(convert::choose_next({far}, made(), diagonal)->cage.blocks == cage::BlockWay::Faces);
+}
+
 TEST_CASE("remeshed cages get shorter edges where they miss, while that helps", "[convert]") {
     const AttemptPlan remesh = *convert::choose_next({}, made(), diagonal);
     CHECK(remesh.preserve_parametrisation);

@@ -73,7 +73,8 @@ void add_cage_options(CLI::App& command, CageArguments& options) {
     add_choice<Method>(
         command, "--layout", options.method,
         {{"aligned", Method::Aligned}, {"remesh", Method::Remesh}, {"auto", Method::Auto}},
-        "how a cage is made: aligned (blocks along the lines of a wing or of the faces), remesh "
+        "how a cage is made: aligned (blocks along the lines of a wing, of a cross field or of the "
+        "faces), remesh "
         "(any shape, more patches), or auto (aligned where it is found)");
     command
         .add_option("--target-faces", options.target_faces,

@@ -31,6 +31,13 @@ struct FinerRegion {
     bool operator==(const FinerRegion&) const = default;
 };
 
+/// How blocks of a body are found.
+enum class BlockWay {
+    Fewest,  ///< both ways; those with fewer extraordinary vertices are taken
+    Field,   ///< between the lines of a cross field
+    Faces    ///< along faces
+};
+
 struct CageOptions {
     Method method = Method::Auto;
     /// Number of faces to aim at, met within about 20 %; none: as many as the shape asks for.
@@ -39,7 +46,8 @@ struct CageOptions {
     /// > 0: edges whose length curvature decides are shorter by this factor, and a wing has as many
     /// times more rings. To be doubled when the fit of a cage misses the tolerance by little.
     double fineness = 1.0;
-    std::vector<FinerRegion> finer_at;  ///< for where the fit of a remeshed cage misses
+    BlockWay blocks = BlockWay::Fewest;  ///< of bodies that are not recognised
+    std::vector<FinerRegion> finer_at;   ///< for where the fit of a remeshed cage misses
     base::Progress progress;
 };
 
@@ -47,6 +55,7 @@ struct CageResult {
     mesh::Cage cage;
     Method method = Method::Remesh;    ///< what was used: Aligned or Remesh
     int recognised = 0;                ///< bodies laid out as wings, blades or nacelles
+    bool from_field = false;           ///< some bodies are laid out by lines of a cross field
     bool from_faces = false;           ///< some bodies are laid out along their faces
     std::vector<std::string> notices;  ///< one line each, for the user
     /// One line a body unless all were to be remeshed: what it was recognised as, or why not.

@@ -38,6 +38,7 @@ struct ConvertOptions {
 enum class CageKind {
     Given,     ///< by the user
     Sections,  ///< along the lines of recognised wings, blades and bodies around an axis
+    Field,     ///< four-sided blocks between the lines of a cross field, some at least
     Blocks,    ///< four-sided blocks along faces
     Remeshed   ///< even triangles paired to quads
 };
@@ -62,6 +63,7 @@ struct Attempt {
     mesh::Cage fitted;
     bool stopped_by_time_limit = false;  ///< its fit
     bool keeps_cage = false;             ///< as refits do
+    bool finer_refused = false;          ///< there is no finer cage of its kind
     report::FitFigures fit;
     report::PatchFigures patches;
     ShapeFigures shape;

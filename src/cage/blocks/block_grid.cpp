@@ -2,6 +2,7 @@
 
 #include "cage/blocks/line_shares.h"
 #include "cage/blocks/untangle.h"
+#include "cage/field/block_map.h"
 
 #include <patchwright/base/numbers.h>
 
@@ -10,6 +11,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace patchwright::cage {
 
@@ -21,8 +23,9 @@ namespace {
 // Share of quads that fold: above the first one moving points opens some of them only and is not
 // worth its time; above the second one, after it, other ways are not tried either.
 constexpr double most_folded = 0.04, most_left = 0.01;
-// Rounds in which points are evened out, and their share of the way to their neighbours' middle.
-constexpr int evening_rounds = 12;
+// Rounds in which points are evened out, and more of them where they come from a map, whose
+// singular ones have farther to go; and their share of the way to their neighbours' middle.
+constexpr int evening_rounds = 12, mapped_evening_rounds = 88;
 constexpr double evening_share = 0.5;
 // Least sine of a point's angles (24 degrees) that evening out may leave where there was more.
 constexpr double good_enough = 0.4;
@@ -33,16 +36,17 @@ constexpr double least_convex = 0.02, most_concave = -0.5;
 class Gridder {
   public:
     Gridder(const QuadLayout& layout, const Divisions& divisions,
-            const geom::ModelSurface& reference, Poll& poll)
-        : layout_(layout), divisions_(divisions), reference_(reference), poll_(poll) {}
+            const geom::ModelSurface& reference, Poll& poll, const SizeMetric* metric)
+        : layout_(layout), divisions_(divisions), reference_(reference), poll_(poll) {
+        if (metric != nullptr) map_.emplace(layout, divisions, *metric, poll);
+    }
 
     Blocks make(const std::vector<std::string>& names) {
         for (const LayoutNode& node : layout_.nodes) {
             if (node.corner) blocks_.corners.push_back(int(blocks_.points.size()));
             add_point(node.point, {!node.held, node.curve});
         }
-        for (std::size_t a = 0; a < layout_.arcs.size(); ++a)
-            add_arc(layout_.arcs[a], divisions_.edges[a]);
+        for (std::size_t a = 0; a < layout_.arcs.size(); ++a) add_arc(int(a), divisions_.edges[a]);
         for (std::size_t b = 0; b < layout_.blocks.size(); ++b)
             add_block(layout_.blocks[b], divisions_.insertions[b]);
         open_folds();
@@ -75,8 +79,9 @@ class Gridder {
         };
         for (const bool within : {true, false}) {
             blocks_.points = before;
-            even_out(within);
+            even_out(within, evening_rounds);
             if (too_many(count_and_keep(), most_folded)) break;
+            if (map_) even_out(within, mapped_evening_rounds);
             untangle(blocks_.faces, blocks_.points, freedom_, reference_, poll_);
             if (too_many(count_and_keep(), most_left) || least == 0) break;
         }
@@ -95,11 +100,27 @@ class Gridder {
         return reference_.foot_point(place.point, place.normal).point;
     }
 
-    void add_arc(const LayoutArc& arc, int count) {
+    void move_node(int number, const Vec3& p) {
+        const LayoutNode& node = layout_.nodes[at(number)];
+        if (node.corner) return;
+        if (node.held && node.curve < 0) return;
+        blocks_.points[at(number)] = node.curve >= 0
+                                         ? reference_.nearest_on_curve(node.curve, p).point
+                                         : reference_.foot_point(p).point;
+    }
+
+    void add_arc(int number, int count) {
+        const LayoutArc& arc = layout_.arcs[at(number)];
         std::vector<int> line{arc.start};
         const std::vector<double> shares =
             arc.piece >= 0 ? even_shares(count) : graded_shares(arc.points, count);
-        const std::vector<Vec3> points = resampled(arc.points, shares);
+        const bool mapped = map_ && arc.piece < 0;
+        const std::vector<Vec3> points =
+            mapped ? map_->along(number) : resampled(arc.points, shares);
+        if (mapped) {
+            move_node(arc.start, points.front());
+            move_node(arc.end, points.back());
+        }
         for (int k = 1; k < count; ++k) {
             const Vec3 p =
                 arc.curve >= 0 ? reference_.nearest_on_curve(arc.curve, points[at(k)]).point
@@ -112,7 +133,7 @@ class Gridder {
         for (int k = 0; k < count && arc.crease; ++k)
             blocks_.creases.emplace_back(line[at(k)], line[at(k + 1)]);
         lines_.push_back(std::move(line));
-        shares_.push_back(shares);
+        shares_.push_back(mapped ? shares_of(points) : shares);
     }
 
     /// A vertex and where it is on the flat piece.
@@ -147,6 +168,7 @@ class Gridder {
 
     void add_block(const LayoutBlock& block, const Valence3Insertion& insertion) {
         piece_ = block.piece;
+        block_ = int(&block - layout_.blocks.data());
         std::array<Line, 4> sides;
         for (int k = 0; k < 4; ++k) {
             const int s = (insertion.side + k) % 4;
@@ -222,7 +244,12 @@ class Gridder {
                 const Vec2 p = (1 - u) * (1 - w) * bottom.front().flat +
                                u * (1 - w) * bottom.back().flat + (1 - u) * w * top.front().flat +
                                u * w * top.back().flat;
-                v = add_point(on_piece(piece_, p), {});
+                if (map_ && map_->has(block_)) {
+                    const FlatPiece::SurfacePoint place = map_->point(block_, Vec2(i, j));
+                    v = add_point(reference_.foot_point(place.point, place.normal).point, {});
+                } else {
+                    v = add_point(on_piece(piece_, p), {});
+                }
             }
         }
         for (int j = 0; j < n; ++j)
@@ -256,7 +283,7 @@ class Gridder {
     }
 
     /// Moves points between their neighbours as long as no quad becomes too sharp by it.
-    void even_out(bool within) {
+    void even_out(bool within, int rounds) {
         std::vector<std::vector<int>> next(blocks_.points.size());
         std::vector<std::vector<std::size_t>> faces(blocks_.points.size());
         for (std::size_t f = 0; f < blocks_.faces.size(); ++f) {
@@ -280,7 +307,7 @@ class Gridder {
                                          : reference_.foot_point(blocks_.points[v]))
                         .normal;
         }
-        for (int round = 0; round < evening_rounds; ++round) {
+        for (int round = 0; round < rounds; ++round) {
             for (std::size_t v = 0; v < freedom_.size(); ++v) {
                 if (!freedom_[v].free || !(up[v].norm() > 0.5)) continue;
                 poll_();
@@ -323,15 +350,19 @@ class Gridder {
         const auto bad = folded();
         if (bad.empty()) return;
         const Vec3 first = middle(bad[0]);
-        throw LayoutRefused{fmt::format("{} of {} quads fold, one near ({:.4g}, {:.4g}, {:.4g})",
-                                        bad.size(), blocks_.faces.size(), first.x(), first.y(),
-                                        first.z())};
+        const bool many = double(bad.size()) > most_folded * double(blocks_.faces.size());
+        throw LayoutRefused{
+            fmt::format("{} of {} quads fold, one near ({:.4g}, {:.4g}, {:.4g})", bad.size(),
+                        blocks_.faces.size(), first.x(), first.y(), first.z()),
+            map_ && many};
     }
 
     const QuadLayout& layout_;
     const Divisions& divisions_;
     const geom::ModelSurface& reference_;
     Poll& poll_;
+    std::optional<BlockMap> map_;
+    int block_ = -1;
     Blocks blocks_;
     std::vector<Freedom> freedom_;
     std::vector<std::vector<int>> lines_;      ///< points of each arc
@@ -343,8 +374,8 @@ class Gridder {
 
 Blocks block_grid(const QuadLayout& layout, const Divisions& divisions,
                   const geom::ModelSurface& reference, const std::vector<std::string>& face_names,
-                  Poll& poll) {
-    return Gridder(layout, divisions, reference, poll).make(face_names);
+                  Poll& poll, const SizeMetric* metric) {
+    return Gridder(layout, divisions, reference, poll, metric).make(face_names);
 }
 
 }  // namespace patchwright::cage

@@ -27,8 +27,11 @@ struct LayoutArc {
     int curve = -1;                  ///< feature that it lies on; -1: none
     bool crease = false;
     double wanted = 1.0;  ///< edges that it should get
-    int least = 1;        ///< edges that it must have
-    int piece = -1;       ///< that it crosses as a straight line; -1: it is on borders
+    /// Of its points: where edges that are as long as wanted make it, 0 at its start, 1 at its end;
+    /// none where only its number is known.
+    std::vector<double> shares;
+    int least = 1;   ///< edges that it must have
+    int piece = -1;  ///< that it crosses as a straight line; -1: it is on borders
     Vec2 from = Vec2::Zero(), to = Vec2::Zero();  ///< of that line
 };
 

@@ -4,6 +4,7 @@
 #include "cage/blocks/block_grid.h"
 #include "cage/blocks/brep_layout.h"
 #include "cage/blocks/divisions.h"
+#include "cage/blocks/short_features.h"
 #include "cage/remesh/mesh_part.h"
 #include "cage/remesh/remesh.h"
 
@@ -26,8 +27,6 @@ namespace {
 // when they differ by this share of the larger one; that must turn by a radian over the diagonal at
 // least, as what is almost flat jumps by noise.
 constexpr double jump_step_rel = 2e-3, least_change = 0.5, least_bend = 1.0;
-// Times that the first and last side of a feature are halved: then it has room for three splits.
-constexpr int halvings = 2;
 // Longest triangle of the diagonal, and length of triangles by that of edges of a remeshed cage.
 constexpr double longest_triangle_rel = 0.06, triangle_scale = 0.5;
 // How far the model may stick out of a quad, of the root of its area: more, and finer blocks are
@@ -155,31 +154,6 @@ void keep_seams(const geom::SurfaceMesh& mesh, const EdgeTriangles& sides,
         if (euler + borders == 2) continue;
         for (const geom::FeatureSide& f : mesh.features)
             if (edges.contains({f.v0, f.v1})) kept[at(f.curve)] = 1;
-    }
-}
-
-/// Gives features that are one side long some vertices.
-void divide_short_features(geom::EditableMesh& mesh, const geom::ModelSurface& reference) {
-    for (int round = 0; round < halvings; ++round) {
-        std::vector<std::array<int, 3>> sides;
-        for (int t = 0; t < mesh.triangle_count(); ++t) {
-            if (!mesh.alive(t)) continue;
-            for (int k = 0; k < 3; ++k) {
-                const auto& c = mesh.triangle(t);
-                const int a = c[at(k)], b = c[at((k + 1) % 3)];
-                const int curve = mesh.curve(t, k);
-                if (curve < 0) continue;
-                const auto& s = mesh.sides(a, b);
-                if (s.triangle[1] >= 0 && a > b) continue;
-                const bool end = mesh.kind(a) == geom::VertexKind::Fixed ||
-                                 mesh.kind(b) == geom::VertexKind::Fixed;
-                if (end) sides.push_back({a, b, curve});
-            }
-        }
-        for (const auto& [a, b, curve] : sides) {
-            const Vec3 middle = 0.5 * (mesh.point(a) + mesh.point(b));
-            mesh.split(a, b, reference.nearest_on_curve(curve, middle).point);
-        }
     }
 }
 

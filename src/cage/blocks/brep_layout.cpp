@@ -54,7 +54,7 @@ class Builder {
     QuadLayout build() {
         cut_up();
         for (Part& part : parts_) split_sides(part);
-        pieces_.smooth_cuts(poll_);
+        if (!lined_) pieces_.smooth_cuts(poll_);
         for (const Part& part : parts_) add_blocks(part);
         return std::move(layout_);
     }

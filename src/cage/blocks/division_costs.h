@@ -4,6 +4,7 @@
 #include "cage/blocks/block_layout.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace patchwright::cage {
 
@@ -20,10 +21,20 @@ constexpr double first_insertion = 12.0, further_insertion = 0.5;
 /// errors finite.
 inline double wanted_edges(const LayoutArc& arc) { return std::max(0.5, arc.wanted); }
 
-/// (n - wanted)^2 / wanted.
-inline double division_penalty(const LayoutArc& arc, int n) {
-    const double d = n - wanted_edges(arc);
-    return d * d / wanted_edges(arc);
+/// What an arc costs that has n edges.
+enum class Deviation {
+    Squared,     ///< (n - wanted)^2 / wanted
+    Logarithmic  ///< wanted log^2(n / wanted): near n = wanted the same, and half as many edges as
+                 ///< wanted are as bad as twice as many, so that noses get theirs
+};
+
+inline double division_penalty(const LayoutArc& arc, int n, Deviation deviation) {
+    // In place of no edge, of which there is no logarithm: as bad as a twentieth of one.
+    constexpr double none = 0.05;
+    const double w = wanted_edges(arc);
+    if (deviation == Deviation::Squared) return (n - w) * (n - w) / w;
+    const double l = std::log(std::max(double(n), none) / w);
+    return w * l * l;
 }
 
 }  // namespace patchwright::cage

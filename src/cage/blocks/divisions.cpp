@@ -41,9 +41,10 @@ constexpr double cost_of_arc = 0.5;
 
 class Divider {
   public:
-    Divider(const QuadLayout& layout, Poll& poll)
+    Divider(const QuadLayout& layout, Poll& poll, Deviation deviation)
         : layout_(layout),
           poll_(poll),
+          deviation_(deviation),
           uses_(layout.arcs.size()),
           corner_side_(layout.blocks.size(), -1) {
         result_.edges.assign(layout.arcs.size(), 0);
@@ -138,7 +139,7 @@ class Divider {
     }
 
     [[nodiscard]] double penalty(int a, int n) const {
-        return division_penalty(layout_.arcs[at(a)], n);
+        return division_penalty(layout_.arcs[at(a)], n, deviation_);
     }
 
     [[nodiscard]] double gain(const std::vector<int>& arcs) const {
@@ -253,6 +254,7 @@ class Divider {
 
     const QuadLayout& layout_;
     Poll& poll_;
+    Deviation deviation_;
     std::vector<std::vector<SideUse>> uses_;
     /// One a block: the side after which strips may go around the corner, no other; -1: any.
     std::vector<int> corner_side_;
@@ -261,8 +263,8 @@ class Divider {
 
 }  // namespace
 
-Divisions divide_arcs(const QuadLayout& layout, Poll& poll) {
-    return Divider(layout, poll).divide();
+Divisions divide_arcs(const QuadLayout& layout, Poll& poll, Deviation deviation) {
+    return Divider(layout, poll, deviation).divide();
 }
 
 }  // namespace patchwright::cage

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cage/blocks/block_layout.h"
+#include "cage/blocks/division_costs.h"
 #include "cage/poll.h"
 
 namespace patchwright::cage {
@@ -22,11 +23,12 @@ struct Divisions {
 /// Numbers of edges, at least what each arc must have and near what it should get. Opposite sides
 /// of a block get equal sums but for valence-3 insertions: sides `side` and the next one have
 /// `count` more than those opposite. Strips of quads that cross blocks are added one at a time, for
-/// arcs that have too few first, then while the sum of (n - wanted)^2 / wanted falls. A strip is
+/// arcs that have too few first, then while the sum of their costs falls. A strip is
 /// the cheapest way through the blocks; it closes or ends at free arcs. A valence-3 insertion costs
 /// much and is made where it must be. Source: strips as in Heistermann, Warnett and Bommes,
 /// Min-deviation-flow in bi-directed graphs for T-mesh quantization (2023), who find the best ones.
 /// @throw LayoutRefused when no strip can cross an arc
-Divisions divide_arcs(const QuadLayout& layout, Poll& poll);
+Divisions divide_arcs(const QuadLayout& layout, Poll& poll,
+                      Deviation deviation = Deviation::Squared);
 
 }  // namespace patchwright::cage

@@ -65,8 +65,9 @@ FlatPiece::FlatPiece(std::vector<Vec3> points, std::vector<std::array<int, 3>> t
 
 FlatPiece::SurfacePoint FlatPiece::at(const Vec2& p) const {
     double best = -std::numeric_limits<double>::infinity();
-    SurfacePoint place{Vec3::Zero(), Vec3::UnitZ()};
-    for (const auto& t : triangles_) {
+    SurfacePoint place{Vec3::Zero(), Vec3::UnitZ(), 0};
+    for (std::size_t number = 0; number < triangles_.size(); ++number) {
+        const auto& t = triangles_[number];
         const Vec2 &a = flat_[std::size_t(t[0])], &b = flat_[std::size_t(t[1])],
                    &c = flat_[std::size_t(t[2])];
         const double area = cross(b - a, c - a);
@@ -81,6 +82,7 @@ FlatPiece::SurfacePoint FlatPiece::at(const Vec2& p) const {
         const Vec3 &pa = points_[std::size_t(t[0])], &pb = points_[std::size_t(t[1])],
                    &pc = points_[std::size_t(t[2])];
         place.point = w[0] * pa + w[1] * pb + w[2] * pc;
+        place.triangle = int(number);
         place.normal = (pb - pa).cross(pc - pa).normalized();
         if (best >= 0.0) break;
     }

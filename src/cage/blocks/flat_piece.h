@@ -27,6 +27,7 @@ class FlatPiece {
 
     struct SurfacePoint {
         geom::Vec3 point, normal;
+        int triangle = 0;
     };
     /// The point in space that goes to p, with the normal of its triangle; p may lie a little
     /// outside.

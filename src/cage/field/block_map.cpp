@@ -18,14 +18,9 @@ using geom::Vec3;
 
 namespace {
 
-// Least weight of a side between two triangles, whose cotangents sum up to less where these are
-// obtuse: with positive weights the map does not fold.
-constexpr double least_weight = 0.02;
 // Of the edges of an arc's points, against the blocks' energy: settles arcs that no block is
 // beside.
 constexpr double arc_weight = 1e-3;
-// Of angles whose cotangents are taken.
-constexpr double least_sine = 1e-3;
 // Arcs on end of which one after the other a point of a line is looked for.
 constexpr int most_arcs = 100;
 // Steps of a walk over triangles to a point.
@@ -37,8 +32,13 @@ double cross(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(
 
 class BlockMap::Solver {
   public:
-    Solver(const QuadLayout& layout, const Divisions& divisions, Poll& poll)
-        : layout_(layout), divisions_(divisions), poll_(poll), frames_(layout, divisions) {
+    Solver(const QuadLayout& layout, const Divisions& divisions, const SizeMetric& metric,
+           Poll& poll)
+        : layout_(layout),
+          divisions_(divisions),
+          metric_(metric),
+          poll_(poll),
+          frames_(layout, divisions) {
         number_unknowns();
         solve();
     }
@@ -98,7 +98,8 @@ class BlockMap::Solver {
         for (std::size_t a = 0; a < layout_.arcs.size(); ++a) {
             first_of_arc_.push_back(unknowns_);
             if (layout_.arcs[a].piece < 0)
-                unknowns_ += (last_point(int(a)) - 1) * (frames_.rigid(int(a)) ? 1 : 2);
+                unknowns_ +=
+                    held(int(a)) ? 0 : (last_point(int(a)) - 1) * (frames_.rigid(int(a)) ? 1 : 2);
         }
         for (std::size_t b = 0; b < layout_.blocks.size(); ++b) {
             first_of_block_.push_back(unknowns_);
@@ -112,6 +113,13 @@ class BlockMap::Solver {
         for (const BlockSide& side : layout_.blocks[at(b)].sides)
             for (const ArcUse& use : side) count += last_point(use.arc);
         return count;
+    }
+
+    /// Whether the points of a line between nodes that stay are where its own sizes put them.
+    [[nodiscard]] bool held(int a) const {
+        const LayoutArc& arc = layout_.arcs[at(a)];
+        return frames_.rigid(a) && arc.shares.size() == arc.points.size() &&
+               frames_.freedom(arc.start).free == 0 && frames_.freedom(arc.end).free == 0;
     }
 
     /// How far a node has moved, in the frame of an arc that ends or starts there.
@@ -129,6 +137,7 @@ class BlockMap::Solver {
         const LayoutArc& arc = layout_.arcs[at(a)];
         if (k == 0) return shift(arc.start, {a, 0});
         if (k == last_point(a)) return shift(arc.end, {a, 1}) + Vec2(edges(a), 0.0);
+        if (held(a)) return LinearPoint{LinearValue{edges(a) * arc.shares[at(k)]}, LinearValue{}};
         const int first = first_of_arc_[at(a)] + (k - 1) * (frames_.rigid(a) ? 1 : 2);
         LinearPoint v{LinearValue{0.0, 1.0, first}, LinearValue{}};
         if (!frames_.rigid(a)) v[1] = {0.0, 1.0, first + 1};
@@ -212,23 +221,11 @@ class BlockMap::Solver {
     }
 
     void add_block(int b) {
-        const FlatPiece& flat = piece(b);
-        std::map<std::pair<int, int>, double> weight_of;
-        for (const auto& t : flat.triangles()) {
-            for (std::size_t k = 0; k < 3; ++k) {
-                const int i = t[(k + 1) % 3], j = t[(k + 2) % 3];
-                const Vec3 to_i = flat.points()[at(i)] - flat.points()[at(t[k])],
-                           to_j = flat.points()[at(j)] - flat.points()[at(t[k])];
-                weight_of[std::minmax(i, j)] +=
-                    0.5 * to_i.dot(to_j) /
-                    std::max(to_i.cross(to_j).norm(), least_sine * to_i.norm() * to_j.norm());
-            }
-        }
         const auto value = values(b);
-        for (const auto& [pair, weight] : weight_of)
+        for (const auto& [pair, weight] :
+             metric_.side_weights(piece(b), layout_.blocks[at(b)].piece))
             for (std::size_t c = 0; c < 2; ++c)
-                add_term(std::max(weight, least_weight), value[at(pair.first)][c],
-                         value[at(pair.second)][c]);
+                add_term(weight, value[at(pair.first)][c], value[at(pair.second)][c]);
     }
 
     [[nodiscard]] double of(const LinearValue& v) const {
@@ -317,7 +314,8 @@ class BlockMap::Solver {
         const auto& c = piece(t.block).triangles()[at(t.number)];
         const auto& points = piece(t.block).points();
         const Vec3 &a = points[at(c[0])], &b = points[at(c[1])], &d = points[at(c[2])];
-        return {(w[0] * a + w[1] * b + w[2] * d) / sum, (b - a).cross(d - a).normalized()};
+        return {(w[0] * a + w[1] * b + w[2] * d) / sum, (b - a).cross(d - a).normalized(),
+                t.number};
     }
 
     [[nodiscard]] Vec3 on_surface(int a, double k) const {
@@ -369,6 +367,7 @@ class BlockMap::Solver {
 
     const QuadLayout& layout_;
     const Divisions& divisions_;
+    const SizeMetric& metric_;
     Poll& poll_;
     BlockFrames frames_;
     int unknowns_ = 0;
@@ -382,8 +381,9 @@ class BlockMap::Solver {
     std::map<std::array<int, 3>, std::pair<int, int>> border_sides_;
 };
 
-BlockMap::BlockMap(const QuadLayout& layout, const Divisions& divisions, Poll& poll)
-    : solver_(std::make_unique<Solver>(layout, divisions, poll)) {}
+BlockMap::BlockMap(const QuadLayout& layout, const Divisions& divisions, const SizeMetric& metric,
+                   Poll& poll)
+    : solver_(std::make_unique<Solver>(layout, divisions, metric, poll)) {}
 BlockMap::~BlockMap() = default;
 BlockMap::BlockMap(BlockMap&&) noexcept = default;
 BlockMap& BlockMap::operator=(BlockMap&&) noexcept = default;

@@ -3,6 +3,7 @@
 
 #include "cage/blocks/block_layout.h"
 #include "cage/blocks/divisions.h"
+#include "cage/field/size_metric.h"
 #include "cage/poll.h"
 
 #include <memory>
@@ -11,8 +12,10 @@ namespace patchwright::cage {
 
 /// Two coordinates on the triangles of all blocks, whole numbers along grid lines. Across an arc
 /// inside the surface they go on as those of the block beyond, so that arcs are none of their
-/// lines: only features are, on which points may slide, and singular nodes stay. Of all such
-/// coordinates these have the least Dirichlet energy. Blocks with a valence-3 insertion and those
+/// lines: only features are, on which points may slide, and singular nodes stay. Between nodes that
+/// stay the points of a feature are where LayoutArc::shares put them. Of all such coordinates these
+/// have the least Dirichlet energy in the metric, so that lines are near where edges are to be
+/// short. Blocks with a valence-3 insertion and those
 /// that share a piece have none; the arcs around them stay where they are.
 /// @throw LayoutRefused when there are no such coordinates
 ///
@@ -20,8 +23,9 @@ namespace patchwright::cage {
 /// energy in place of the field.
 class BlockMap {
   public:
-    /// Both are kept by reference.
-    BlockMap(const QuadLayout& layout, const Divisions& divisions, Poll& poll);
+    /// All are kept by reference.
+    BlockMap(const QuadLayout& layout, const Divisions& divisions, const SizeMetric& metric,
+             Poll& poll);
     ~BlockMap();
     BlockMap(BlockMap&&) noexcept;
     BlockMap& operator=(BlockMap&&) noexcept;

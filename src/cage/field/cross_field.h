@@ -13,7 +13,7 @@ namespace patchwright::cage {
 /// What a cross should be near to.
 struct FieldHint {
     geom::Vec3 direction = geom::Vec3::Zero();
-    double weight = 0.0;  ///< 0 to 1: how clear the direction is
+    double weight = 0.0;  ///< against the smoothness between neighbours, which counts about 1
 };
 
 struct CrossField {

@@ -24,6 +24,10 @@ constexpr int passes_between = 3;
 /// Signs with which an insertion at a corner adds to side 0 less side 2, and to side 1 less side 3.
 constexpr std::array<std::array<int, 2>, 4> corner_signs{{{1, 1}, {-1, 1}, {-1, -1}, {1, -1}}};
 
+double penalty(const LayoutArc& arc, int n) {
+    return division_penalty(arc, n, Deviation::Logarithmic);
+}
+
 /// Length over width.
 double slenderness(const QuadLayout& layout, const LayoutBlock& block) {
     std::array<double, 2> length{};
@@ -78,7 +82,7 @@ class DivisionSearch {
         const LayoutArc& a = layout_.arcs[at(arc)];
         const int n = current_.edges[at(arc)];
         if (n + change < a.least) return infinity;
-        return cost_of_step + division_penalty(a, n + change) - division_penalty(a, n);
+        return cost_of_step + penalty(a, n + change) - penalty(a, n);
     }
 
     [[nodiscard]] double cost_of(const Turn& turn) const {
@@ -232,7 +236,7 @@ class DivisionSearch {
 double cost_of_divisions(const QuadLayout& layout, const Divisions& divisions) {
     double sum = 0.0;
     for (std::size_t a = 0; a < layout.arcs.size(); ++a)
-        sum += division_penalty(layout.arcs[a], divisions.edges[a]);
+        sum += penalty(layout.arcs[a], divisions.edges[a]);
     for (std::size_t b = 0; b < layout.blocks.size(); ++b)
         if (const int count = divisions.insertions[b].count; count > 0)
             sum += slenderness(layout, layout.blocks[b]) *

@@ -98,13 +98,17 @@ class LineMaker {
         const Port& port = nodes_.ports[at(p)];
         paths_[at(p)] = {node_point(port.node)};
         std::map<int, Miss> near;
-        trace_line(lined_, port.start, {.crosses_lines = true}, poll_,
+        bool returned = false;
+        trace_line(lined_, port.start, {.crosses_lines = true, .passes = 2}, poll_,
                    [&](int t, const Vec3& from, const Vec3& to, double before) {
                        paths_[at(p)].push_back(to);
+                       // Beyond where it comes back past its beginning it goes round and round.
+                       if (returned) return;
                        for (int n = 0; n < int(nodes_.vertex.size()); ++n) {
                            if (n == port.node && !has_returned(n, from, before)) continue;
                            const auto miss = miss_of(n, t, from, to, before);
                            if (!miss || std::abs(miss->angle) > most_deviation) continue;
+                           returned = returned || n == port.node;
                            const auto [it, added] = near.emplace(n, *miss);
                            if (!added && std::abs(miss->angle) < std::abs(it->second.angle))
                                it->second = *miss;

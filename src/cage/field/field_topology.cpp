@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -97,7 +98,9 @@ class TopologyFinder {
 
     void add_sector(int v, int first, const VertexFan& fan) {
         const int quads = int(std::lround((fan.angle - turn_along(fan)) / (0.5 * M_PI)));
-        result_.sectors.push_back({v, first, fan.angle, quads});
+        // Around the end of a feature there are three at least.
+        const bool end = border_neighbours(mesh_, v).size() == 1;
+        result_.sectors.push_back({v, first, fan.angle, end ? std::max(quads, 3) : quads});
         RegionSum& sum = sums_[at(region_[at(fan.wedges[0].triangle)])];
         sum.quarters += 2 - quads;
         ++sum.euler;

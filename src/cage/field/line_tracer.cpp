@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <map>
 
 namespace patchwright::cage {
 
@@ -50,7 +50,7 @@ class Tracer {
                 side.dot(line_.direction) > 0.0)
                 return std::move(line_);
         }
-        visited_.insert(triangle_);
+        ++visits_[triangle_];
         if (meets(triangle_)) return std::move(line_);
         leave_by((corner + 1) % 3, -1);
         while (step()) poll_();
@@ -131,7 +131,7 @@ class Tracer {
             way = ((way - way.dot(in) * in).normalized() + 2.0 * least_inward * in).normalized();
         if (!way.allFinite()) return false;
         line_.direction = way;
-        if (!visited_.insert(next).second) {
+        if (++visits_[next] > options_.passes) {
             line_.end = LineEnd::Own;
             return false;
         }
@@ -152,7 +152,7 @@ class Tracer {
     TracedLine line_;
     int from_ = -1, triangle_ = -1, side_ = -1;
     Vec3 here_ = Vec3::Zero();
-    std::set<int> visited_;
+    std::map<int, int> visits_;  ///< of triangles
 };
 
 }  // namespace

@@ -33,6 +33,7 @@ struct TraceOptions {
     double deviation = 0.0;      ///< from the field, radians, to the left
     bool crosses_lines = false;  ///< goes on across lines that it meets at a good angle
     bool straight = false;       ///< goes straight on, whatever the field
+    int passes = 1;              ///< times that it may enter a triangle; to be drawn, once
     /// One a vertex: ends where it comes to a triangle of one that is marked; may be shorter.
     const std::vector<char>* meets = nullptr;
 };
