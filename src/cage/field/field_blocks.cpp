@@ -19,7 +19,7 @@ namespace {
 // Longest triangle of the diagonal, and length of triangles by that of edges of a remeshed cage.
 constexpr double longest_triangle_rel = 0.06, triangle_scale = 0.5;
 // Times that a layout whose quads fold is divided anew, with edges shorter by this factor.
-constexpr int most_rounds = 3;
+constexpr int most_rounds = 2;
 constexpr double finer = 0.7;
 
 /// @throw LayoutRefused
