@@ -133,7 +133,8 @@ BlockBorders block_borders_of(const geom::SurfaceMesh& mesh, const CageSource& s
         borders.of_field = kept;
         keep_continuations(source.reference, borders.of_field);
     }
-    borders.of_faces = block_borders(mesh, source.reference, kept, source.poll);
+    if (options.blocks != BlockWay::Field)
+        borders.of_faces = block_borders(mesh, source.reference, kept, source.poll);
     return borders;
 }
 

@@ -202,7 +202,7 @@ TEST_CASE("blocks of a field get finer once, then others take their place", "[co
     std::vector<Attempt> attempts{
         attempt(*convert::choose_next({}, made(), diagonal), CageKind::Field, 3.0)};
     CHECK(attempts.back().plan.cage.blocks == cage::BlockWay::Fewest);
-    // Were it not for the user's wish, finer ones that are refused would be remeshed.
+    // Finer ones that are refused are no remeshed cage.
     CHECK(convert::choose_next(attempts, made(), diagonal)->cage.method == cage::Method::Aligned);
     attempts.push_back(next_of(attempts, CageKind::Field, 1.2));
     CHECK(attempts.back().plan.cage.fineness == 2.0);

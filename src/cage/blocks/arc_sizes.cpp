@@ -89,17 +89,23 @@ void raise(QuadLayout& layout, const LayoutBlock& block, int side, double edges)
 
 }  // namespace
 
-void set_wanted(QuadLayout& layout, const geom::ModelSurface& reference, const ArcSizes& sizes,
-                Poll& poll) {
-    const double diagonal = reference.bounds().diagonal();
+void set_least(QuadLayout& layout) {
     std::map<std::pair<int, int>, int> pairs;
     for (const LayoutArc& arc : layout.arcs) ++pairs[std::minmax(arc.start, arc.end)];
     for (LayoutArc& arc : layout.arcs) {
-        arc.wanted = edges_along(arc.points, diagonal, sizes);
         if (arc.start == arc.end)
             arc.least = fewest_of_loop;
         else if (pairs[std::minmax(arc.start, arc.end)] > 1)
             arc.least = fewest_of_parallel;
+    }
+}
+
+void set_wanted(QuadLayout& layout, const geom::ModelSurface& reference, const ArcSizes& sizes,
+                Poll& poll) {
+    const double diagonal = reference.bounds().diagonal();
+    set_least(layout);
+    for (LayoutArc& arc : layout.arcs) {
+        arc.wanted = edges_along(arc.points, diagonal, sizes);
     }
     for (const LayoutBlock& block : layout.blocks) {
         for (const bool turned : {false, true}) {

@@ -15,6 +15,9 @@ struct ArcSizes {
     double scale = 1.0;           ///< times all lengths
 };
 
+/// Sets LayoutArc::least: loops and arcs between the same two nodes need several edges.
+void set_least(QuadLayout& layout);
+
 /// Sets LayoutArc::wanted and LayoutArc::least: by length and curvature of the arcs and of lines
 /// through their blocks, so that what bends inside a block only is not missed.
 void set_wanted(QuadLayout& layout, const geom::ModelSurface& reference, const ArcSizes& sizes,

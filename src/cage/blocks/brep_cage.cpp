@@ -4,9 +4,7 @@
 #include "cage/blocks/block_grid.h"
 #include "cage/blocks/brep_layout.h"
 #include "cage/blocks/divisions.h"
-#include "cage/blocks/short_features.h"
-#include "cage/remesh/mesh_part.h"
-#include "cage/remesh/remesh.h"
+#include "cage/blocks/layout_mesh.h"
 
 #include <patchwright/base/numbers.h>
 
@@ -27,8 +25,6 @@ namespace {
 // when they differ by this share of the larger one; that must turn by a radian over the diagonal at
 // least, as what is almost flat jumps by noise.
 constexpr double jump_step_rel = 2e-3, least_change = 0.5, least_bend = 1.0;
-// Longest triangle of the diagonal, and length of triangles by that of edges of a remeshed cage.
-constexpr double longest_triangle_rel = 0.06, triangle_scale = 0.5;
 // How far the model may stick out of a quad, of the root of its area: more, and finer blocks are
 // made, by this factor, in at most so many rounds and only up to so many quads.
 constexpr double most_sag = 0.3, finer = 0.7;
@@ -179,13 +175,7 @@ double worst_sag(const Blocks& blocks, const geom::ModelSurface& reference, Poll
 /// @throw LayoutRefused
 QuadLayout layout_of(const SurfaceBody& body, const std::vector<char>& borders,
                      double tolerance_rel, const geom::ModelSurface& reference, Poll& poll) {
-    geom::EditableMesh mesh(part_of(body, borders));
-    RemeshOptions remeshing;
-    remeshing.size.tolerance_rel = tolerance_rel;
-    remeshing.size.largest_rel = longest_triangle_rel / triangle_scale;
-    remeshing.size.scale = triangle_scale;
-    remesh(mesh, reference, remeshing, poll);
-    divide_short_features(mesh, reference);
+    geom::EditableMesh mesh = layout_mesh(body, borders, tolerance_rel, reference, poll);
     return brep_layout(mesh, reference, poll);
 }
 

@@ -3,21 +3,17 @@
 #include "cage/blocks/block_grid.h"
 #include "cage/blocks/brep_layout.h"
 #include "cage/blocks/divisions.h"
-#include "cage/blocks/short_features.h"
+#include "cage/blocks/layout_mesh.h"
 #include "cage/field/cross_field.h"
 #include "cage/field/division_search.h"
 #include "cage/field/field_lines.h"
 #include "cage/field/field_topology.h"
 #include "cage/field/size_metric.h"
-#include "cage/remesh/mesh_part.h"
-#include "cage/remesh/remesh.h"
 
 namespace patchwright::cage {
 
 namespace {
 
-// Longest triangle of the diagonal, and length of triangles by that of edges of a remeshed cage.
-constexpr double longest_triangle_rel = 0.06, triangle_scale = 0.5;
 // Times that a layout whose quads fold is divided anew, with edges shorter by this factor.
 constexpr int most_rounds = 2;
 constexpr double finer = 0.7;
@@ -25,13 +21,7 @@ constexpr double finer = 0.7;
 /// @throw LayoutRefused
 QuadLayout layout_of(const SurfaceBody& body, const std::vector<char>& borders,
                      double tolerance_rel, const geom::ModelSurface& reference, Poll& poll) {
-    geom::EditableMesh mesh(part_of(body, borders));
-    RemeshOptions remeshing;
-    remeshing.size.tolerance_rel = tolerance_rel;
-    remeshing.size.largest_rel = longest_triangle_rel / triangle_scale;
-    remeshing.size.scale = triangle_scale;
-    remesh(mesh, reference, remeshing, poll);
-    divide_short_features(mesh, reference);
+    geom::EditableMesh mesh = layout_mesh(body, borders, tolerance_rel, reference, poll);
     open_corners(mesh);
     const auto hints = curvature_hints(mesh, reference, poll);
     CrossField field = cross_field(mesh, hints, poll);

@@ -1,5 +1,6 @@
 #include "cage/field/size_metric.h"
 
+#include "cage/blocks/arc_sizes.h"
 #include "cage/remesh/size_field.h"
 #include "geom/angle.h"
 
@@ -18,7 +19,6 @@ namespace patchwright::cage {
 
 using base::at;
 using Eigen::Matrix2d;
-using Eigen::Matrix3d;
 using geom::Vec3;
 
 namespace {
@@ -30,9 +30,6 @@ constexpr double shortest_tolerances = 4.0;
 // Steps along each line through a block, and where lines are taken, as shares of its width.
 constexpr int line_steps = 32;
 constexpr std::array line_shares{0.1, 0.25, 0.4, 0.5, 0.6, 0.75, 0.9};
-// Fewest edges of an arc that ends where it starts, and of several between the same two nodes:
-// quads on both sides would share two edges.
-constexpr int fewest_of_loop = 4, fewest_of_parallel = 2;
 // Least weight of a side between two triangles, whose cotangents sum up to less where these are
 // obtuse: with positive weights the map does not fold.
 constexpr double least_weight = 0.02;
@@ -304,8 +301,7 @@ std::map<std::pair<int, int>, double> SizeMetric::side_weights(const FlatPiece& 
 void set_wanted(QuadLayout& layout, const SizeMetric& metric, const geom::ModelSurface& reference,
                 const MetricSizes& sizes, Poll& poll) {
     constexpr double least_edges = 1e-9;  // keeps shares apart
-    std::map<std::pair<int, int>, int> pairs;
-    for (const LayoutArc& arc : layout.arcs) ++pairs[std::minmax(arc.start, arc.end)];
+    set_least(layout);
     const TrianglesBeside beside = triangles_beside(layout);
     for (LayoutArc& arc : layout.arcs) {
         poll();
@@ -321,10 +317,6 @@ void set_wanted(QuadLayout& layout, const SizeMetric& metric, const geom::ModelS
         }
         arc.wanted = arc.shares.back();
         for (double& share : arc.shares) share /= arc.wanted;
-        if (arc.start == arc.end)
-            arc.least = fewest_of_loop;
-        else if (pairs[std::minmax(arc.start, arc.end)] > 1)
-            arc.least = fewest_of_parallel;
     }
     for (const LayoutBlock& block : layout.blocks) {
         for (const bool turned : {false, true}) {

@@ -1,4 +1,7 @@
-#include "cage/blocks/short_features.h"
+#include "cage/blocks/layout_mesh.h"
+
+#include "cage/remesh/mesh_part.h"
+#include "cage/remesh/remesh.h"
 
 #include <patchwright/base/numbers.h>
 
@@ -10,6 +13,12 @@ namespace patchwright::cage {
 using base::at;
 using geom::Vec3;
 
+namespace {
+
+// Longest triangle of the diagonal, and length of triangles by that of edges of a remeshed cage.
+constexpr double longest_triangle_rel = 0.06, triangle_scale = 0.5;
+
+/// Gives features that are one side long some vertices.
 void divide_short_features(geom::EditableMesh& mesh, const geom::ModelSurface& reference) {
     // Of the first and last side of a feature: then it has room for three splits.
     constexpr int halvings = 2;
@@ -34,6 +43,21 @@ void divide_short_features(geom::EditableMesh& mesh, const geom::ModelSurface& r
             mesh.split(a, b, reference.nearest_on_curve(curve, middle).point);
         }
     }
+}
+
+}  // namespace
+
+geom::EditableMesh layout_mesh(const SurfaceBody& body, const std::vector<char>& borders,
+                               double tolerance_rel, const geom::ModelSurface& reference,
+                               Poll& poll) {
+    geom::EditableMesh mesh(part_of(body, borders));
+    RemeshOptions remeshing;
+    remeshing.size.tolerance_rel = tolerance_rel;
+    remeshing.size.largest_rel = longest_triangle_rel / triangle_scale;
+    remeshing.size.scale = triangle_scale;
+    remesh(mesh, reference, remeshing, poll);
+    divide_short_features(mesh, reference);
+    return mesh;
 }
 
 }  // namespace patchwright::cage
