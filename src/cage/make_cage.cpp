@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 
@@ -70,7 +71,7 @@ mesh::Cage joined(const std::vector<Blocks>& parts) {
 // logarithm of its ratio is less. Every scaling makes a whole cage.
 constexpr int scalings = 4;
 constexpr double log_ratio_met = 0.2;
-// Blocks along faces that need more quads than this are no simple layout any more, and remeshing
+// Blocks of a body that need more quads than this are no simple layout any more, and remeshing
 // makes better shaped ones.
 constexpr std::size_t most_quads_laid_out = 4000;
 
@@ -140,9 +141,13 @@ BlockBorders block_borders_of(const geom::SurfaceMesh& mesh, const CageSource& s
 
 enum class LaidOut { Not, ByField, AlongFaces };
 
-/// Nothing where there are no blocks, or none that are a cage.
-std::optional<int> extraordinary_vertices(BodyBlocks& made) {
+/// Nothing where there are no blocks, or none that are a cage of so many quads at most.
+std::optional<int> extraordinary_vertices(BodyBlocks& made, std::size_t most_quads) {
     if (!made.blocks) return std::nullopt;
+    if (made.blocks->faces.size() > most_quads) {
+        made = {std::nullopt, fmt::format("{} quads, too many", made.blocks->faces.size())};
+        return std::nullopt;
+    }
     try {
         return mesh::summarise(*joined({*made.blocks}).topology).extraordinary;
     } catch (const base::InputError& error) {
@@ -167,16 +172,19 @@ LaidOut lay_out_blocks(const SurfaceBody& body, const BlockBorders& borders,
         return LaidOut::Not;
     }
     const auto& [reference, names, poll] = source;
+    const bool limited = options.method == Method::Auto && !options.target_faces;
+    const std::size_t most_quads =
+        limited ? most_quads_laid_out : std::numeric_limits<std::size_t>::max();
     std::optional<int> by_field, along_faces;  // their extraordinary vertices
     BodyBlocks of_field, of_faces;
     if (options.blocks != BlockWay::Faces) {
         of_field = field_blocks(body, borders.of_field, reference, names, options, poll, scale);
-        by_field = extraordinary_vertices(of_field);
+        by_field = extraordinary_vertices(of_field, most_quads);
         if (!by_field) text += fmt::format(", no blocks by a cross field ({})", of_field.refused);
     }
     if (options.blocks != BlockWay::Field) {
         of_faces = brep_blocks(body, borders.of_faces, reference, names, options, poll, scale);
-        along_faces = extraordinary_vertices(of_faces);
+        along_faces = extraordinary_vertices(of_faces, most_quads);
         if (!along_faces) text += fmt::format(", no blocks along its faces ({})", of_faces.refused);
     }
     if (by_field && (!along_faces || *by_field < *along_faces)) {
@@ -223,13 +231,6 @@ Aligned aligned(const geom::SurfaceMesh& mesh, const CageSource& source,
             }
             result.texts.push_back(std::move(one.text));
             found.push_back(std::move(one.blocks));
-        }
-        std::size_t faces = 0;
-        for (const std::size_t i : laid_out) faces += found[i]->faces.size();
-        if (faces > most_quads_laid_out && options.method == Method::Auto &&
-            !options.target_faces) {
-            result.remeshed = true;
-            result.texts[laid_out.back()] += fmt::format(" ({} quads, too many)", faces);
         }
         // Blocks start coarse and are refined often, remeshed parts are not: one fit is for either.
         if (result.remeshed) {

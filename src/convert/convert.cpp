@@ -152,10 +152,7 @@ class AttemptRunner {
                                                              : options_.refinement,
             .max_levels = options_.max_levels.value_or(growth.levels),
             .max_vertices = growth.vertices,
-            // Lines between those of a field are spaced by size and may move to where the fit
-            // wants them.
-            .preserve_parametrisation =
-                attempt.plan.preserve_parametrisation && attempt.kind != CageKind::Field,
+            .preserve_parametrisation = attempt.plan.preserve_parametrisation,
             .symmetry = options_.symmetry,
             .progress = told(budget_.limited())};
         if (attempt.kind != CageKind::Given) fitting.max_idle_levels = idle_levels;

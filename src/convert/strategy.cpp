@@ -10,9 +10,6 @@ namespace {
 /// A result that is farther off than so many tolerances has a cage of the wrong shape: finer lines
 /// of the same layout do not mend that.
 constexpr double far_off = 10.0;
-/// Blocks of a field are made finer once where they are off by no more tolerances; a fold by 180
-/// degrees counts as four.
-constexpr double few_off = 4.0;
 /// Another cage of the same kind is made while the last one reduced the worst excess at least so
 /// far; halved edges reduce it to a quarter or less where more control points are what is missing.
 constexpr double least_gain = 0.8;
@@ -112,10 +109,11 @@ std::optional<AttemptPlan> finer_remeshed(const Attempt& last, const ConvertOpti
     return plan;
 }
 
-/// Finer blocks of the field, once, as lines that lie badly do so in finer ones too; then others.
+/// Finer blocks of the field, once, where only the shape misses, as lines that lie badly do so in
+/// finer ones too; then others.
 AttemptPlan after_field(const Attempt& last, const Attempt& best, const ConvertOptions& options) {
     AttemptPlan next{.cage = last.plan.cage};
-    if (!last.finer_refused && last.plan.cage.fineness == 1.0 && worst_excess(best) <= few_off) {
+    if (!last.finer_refused && last.plan.cage.fineness == 1.0 && misses_shape_only(best)) {
         next.cage.method = cage::Method::Aligned;
         next.cage.blocks = cage::BlockWay::Field;
         next.cage.fineness *= 2.0;

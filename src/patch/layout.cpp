@@ -250,8 +250,12 @@ void separate(const Topology& t, std::vector<Chart>& charts) {
                     first = char(1 + side);
                     seen.push_back(t.edge(c));
                 } else if (!by_columns) {
+                    // A strip that winds round and borders on itself has nothing to halve across.
                     const bool opposite = first - 1 + 2 == side;
-                    by_columns = opposite ? side == 3 : charts[k].columns >= charts[k].rows;
+                    const Chart& chart = charts[k];
+                    by_columns = !opposite   ? chart.columns >= chart.rows
+                                 : side == 3 ? chart.columns > 1
+                                             : chart.rows == 1;
                 }
             }
         }

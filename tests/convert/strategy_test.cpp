@@ -198,26 +198,36 @@ TEST_CASE("blocks that miss are remeshed, unless the user has asked for blocks",
     CHECK(convert::choose_next({a}, aligned, diagonal)->cage.fineness == 2.0);
 }
 
-TEST_CASE("blocks of a field get finer once, then others take their place", "[convert]") {
+TEST_CASE("blocks of a field that fold get finer once, then others take their place", "[convert]") {
+    const auto folded = [](Attempt a) {
+        a.folds.worst = measure::Fold{.angle_rad = 3.0};
+        a.verdict = convert::assess(a, solid(), tolerance);
+        return a;
+    };
     std::vector<Attempt> attempts{
-        attempt(*convert::choose_next({}, made(), diagonal), CageKind::Field, 3.0)};
+        folded(attempt(*convert::choose_next({}, made(), diagonal), CageKind::Field, 0.9))};
     CHECK(attempts.back().plan.cage.blocks == cage::BlockWay::Fewest);
+    attempts.push_back(folded(next_of(attempts, CageKind::Field, 0.9)));
+    CHECK(attempts.back().plan.same_cage(attempts.front().plan));
+    CHECK(attempts.back().plan.fit_share == 0.5);
     // Finer ones that are refused are no remeshed cage.
     CHECK(convert::choose_next(attempts, made(), diagonal)->cage.method == cage::Method::Aligned);
-    attempts.push_back(next_of(attempts, CageKind::Field, 1.2));
+    attempts.push_back(folded(next_of(attempts, CageKind::Field, 0.9)));
     CHECK(attempts.back().plan.cage.fineness == 2.0);
     CHECK(attempts.back().plan.cage.blocks == cage::BlockWay::Field);
+    attempts.push_back(folded(next_of(attempts, CageKind::Field, 0.9)));
+    CHECK(attempts.back().plan.same_cage(attempts[2].plan));
     const auto others = convert::choose_next(attempts, made(), diagonal);
     REQUIRE(others.has_value());
     CHECK(others->cage.blocks == cage::BlockWay::Faces);
     CHECK_FALSE(others->same_cage(attempts.front().plan));
     CHECK(others->cage.fineness == 1.0);
     CHECK(others->cage.method == cage::Method::Auto);
-    // What is far off, or has no finer ones, is given up at once.
-    attempts.resize(1);
+    // What is too far off, or has no finer ones, is given up at once.
+    attempts.resize(2);
     attempts.back().finer_refused = true;
     CHECK(convert::choose_next(attempts, made(), diagonal)->cage.blocks == cage::BlockWay::Faces);
-    const Attempt far = attempt(attempts.back().plan, CageKind::Field, 4.5);
+    Attempt far = attempt(attempts.back().plan, CageKind::Field, 1.5);
     CHECK(convert::choose_next({far}, made(), diagonal)->cage.blocks == cage::BlockWay::Faces);
 }
 

@@ -33,6 +33,21 @@ TEST_CASE("rings are cut so that no chart has a seam", "[patch]") {
     CHECK(charts_of(test::torus(3, 3, 3, 1)) == 4);
 }
 
+TEST_CASE("a strip that winds round and borders on itself is cut along", "[patch]") {
+    // Four turns of eight quads; the strip's sides are one crease, a helix.
+    constexpr int turn = 8, turns = 4, count = turn * turns;
+    std::vector<geom::Vec3> points;
+    std::vector<std::vector<int>> faces;
+    mesh::TopologyInput tags;
+    for (int k = 0; k <= count + turn; ++k) {
+        const double angle = 2.0 * M_PI * k / turn;
+        points.emplace_back(std::cos(angle), std::sin(angle), double(k) / turn);
+        if (k < count) faces.push_back({k, k + 1, k + turn + 1, k + turn});
+        if (k < count + turn) tags.creases.push_back({k, k + 1, mesh::infinite_sharpness});
+    }
+    CHECK(patch::extract(test::make_cage(points, faces, tags)).patches.patches.size() == turns);
+}
+
 TEST_CASE("creases bound charts", "[patch]") {
     mesh::TopologyInput tags;
     // Across the middle of a 4 x 4 grid.

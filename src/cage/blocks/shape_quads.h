@@ -1,0 +1,41 @@
+// Points of quads are moved within the model to where the quads have good shapes.
+#pragma once
+
+#include "cage/poll.h"
+
+#include <patchwright/geom/model_surface.h>
+
+#include <utility>
+#include <vector>
+
+namespace patchwright::cage {
+
+/// Where a point may go.
+struct Freedom {
+    bool free = true;  ///< anywhere on the surface
+    int curve = -1;    ///< if not free: along this feature; -1: nowhere
+};
+
+/// Sine of the angle at a quad's corner k as seen against a unit normal.
+double corner_sine(const std::vector<geom::Vec3>& points, const std::vector<int>& face, int k,
+                   const geom::Vec3& normal);
+
+/// Quads whose points are on a model.
+struct QuadsOnModel {
+    const std::vector<std::vector<int>>& faces;       ///< four points each
+    const std::vector<Freedom>& freedom;              ///< one a point
+    const std::vector<std::pair<int, int>>& creases;  ///< pairs of points; quads on either side
+                                                      ///< need not be of like lengths
+    const std::vector<geom::Vec3>& normals;           ///< unit, of the model at each quad
+};
+
+/// Moves points so that angles of quads come near 90 degrees and lengths of edges change little
+/// from quad to quad, and opens quads that fold: least regularised distortion (Garanzha, Kaporin,
+/// Kudryavtseva, Protais, Ray and Sokolov, "Foldover-free maps in 50 lines of code", 2021), one
+/// point after the other by Newton's method. Where quads are larger than the model's radii of
+/// curvature some may stay folded.
+/// @param points  on the model; moved
+void shape_quads(const QuadsOnModel& quads, std::vector<geom::Vec3>& points,
+                 const geom::ModelSurface& reference, Poll& poll);
+
+}  // namespace patchwright::cage
