@@ -2,6 +2,7 @@
 
 #include "cage/blocks/line_shares.h"
 #include "cage/blocks/shape_quads.h"
+#include "cage/blocks/untangle.h"
 #include "cage/field/block_map.h"
 
 #include <patchwright/base/numbers.h>
@@ -20,8 +21,14 @@ using geom::Vec3;
 
 namespace {
 
-// Share of quads that fold above which finer edges do not help.
-constexpr double most_folded = 0.04;
+// Share of quads that fold: above the first one moving points opens some of them only and is not
+// worth its time, nor are finer edges; above the second one, after it, other ways are not tried.
+constexpr double most_folded = 0.04, most_left = 0.01;
+// Rounds in which points are evened out, and their share of the way to their neighbours' middle.
+constexpr int evening_rounds = 12;
+constexpr double evening_share = 0.5;
+// Least sine of a point's angles (24 degrees) that evening out may leave where there was more.
+constexpr double good_enough = 0.4;
 // A corner with a smaller sine counts as concave (1 degree); one may be, up to 210 degrees: the fit
 // makes that good.
 constexpr double least_convex = 0.02, most_concave = -0.5;
@@ -42,8 +49,11 @@ class Gridder {
         for (std::size_t a = 0; a < layout_.arcs.size(); ++a) add_arc(int(a), divisions_.edges[a]);
         for (std::size_t b = 0; b < layout_.blocks.size(); ++b)
             add_block(layout_.blocks[b], divisions_.insertions[b]);
-        shape_quads({blocks_.faces, freedom_, blocks_.creases, normals_}, blocks_.points,
-                    reference_, poll_);
+        if (map_)
+            shape_quads({blocks_.faces, freedom_, blocks_.creases, normals_}, blocks_.points,
+                        reference_, poll_);
+        else
+            open_folds();
         check();
         for (std::size_t f = 0; f < blocks_.faces.size(); ++f) {
             const geom::FootPoint foot = reference_.foot_point(middle(f), area(f).normalized());
@@ -53,6 +63,34 @@ class Gridder {
     }
 
   private:
+    /// What sticks out loses its points to its foot unless they are kept within the surface; in
+    /// hollows it is the other way round. Where many quads fold, moving points opens some of them
+    /// only. Points stay where fewest quads fold.
+    void open_folds() {
+        const auto too_many = [&](std::size_t count, double share) {
+            return double(count) > std::ceil(share * double(blocks_.faces.size()));
+        };
+        const std::vector<Vec3> before = blocks_.points;
+        std::vector<Vec3> best = before;
+        std::size_t least = folded().size();
+        const auto count_and_keep = [&] {
+            const std::size_t count = folded().size();
+            if (count <= least) {
+                least = count;
+                best = blocks_.points;
+            }
+            return count;
+        };
+        for (const bool within : {true, false}) {
+            blocks_.points = before;
+            even_out(within);
+            if (too_many(count_and_keep(), most_folded)) break;
+            untangle(blocks_.faces, blocks_.points, freedom_, reference_, poll_);
+            if (too_many(count_and_keep(), most_left) || least == 0) break;
+        }
+        blocks_.points = std::move(best);
+    }
+
     int add_point(const Vec3& p, const Freedom& freedom) {
         blocks_.points.push_back(p);
         freedom_.push_back(freedom);
@@ -252,6 +290,51 @@ class Gridder {
         for (int k = 0; k < 4; ++k)
             least = std::min(least, corner_sine(blocks_.points, blocks_.faces[f], k, normal));
         return least;
+    }
+
+    /// Moves points between their neighbours as long as no quad becomes too sharp by it.
+    void even_out(bool within) {
+        std::vector<std::vector<int>> next(blocks_.points.size());
+        std::vector<std::vector<std::size_t>> faces(blocks_.points.size());
+        for (std::size_t f = 0; f < blocks_.faces.size(); ++f) {
+            const auto& face = blocks_.faces[f];
+            for (std::size_t k = 0; k < 4; ++k) {
+                next[at(face[k])].push_back(face[(k + 1) % 4]);
+                faces[at(face[k])].push_back(f);
+            }
+        }
+        const auto worst = [&](std::size_t v) {
+            double least = 1.0;
+            for (const std::size_t f : faces[v]) least = std::min(least, least_sine(f));
+            return least;
+        };
+        std::vector<Vec3> up(blocks_.points.size());
+        for (std::size_t v = 0; v < freedom_.size(); ++v) {
+            Vec3 normal = Vec3::Zero();
+            for (const std::size_t f : faces[v]) normal += area(f);
+            normal.normalize();
+            up[v] = (normal.norm() > 0.5 ? reference_.foot_point(blocks_.points[v], normal)
+                                         : reference_.foot_point(blocks_.points[v]))
+                        .normal;
+        }
+        for (int round = 0; round < evening_rounds; ++round) {
+            for (std::size_t v = 0; v < freedom_.size(); ++v) {
+                if (!freedom_[v].free || !(up[v].norm() > 0.5)) continue;
+                poll_();
+                const double before = worst(v);
+                const Vec3 old = blocks_.points[v];
+                Vec3 sum = Vec3::Zero();
+                for (const int w : next[v]) sum += blocks_.points[at(w)];
+                Vec3 step = evening_share * (sum / double(next[v].size()) - old);
+                if (within) step -= step.dot(up[v]) * up[v];
+                const geom::FootPoint foot = reference_.foot_point(old + step, up[v]);
+                blocks_.points[v] = foot.point;
+                if (foot.normal.dot(up[v]) < 0.0 || worst(v) < std::min(before, good_enough))
+                    blocks_.points[v] = old;
+                else
+                    up[v] = foot.normal;
+            }
+        }
     }
 
     /// Quads must face as the model does and may be concave a little, at one corner: the fit makes

@@ -12,8 +12,8 @@
 namespace patchwright::cage {
 
 /// Points of arcs and blocks by a BlockMap if there is a metric; else, and in blocks that have no
-/// map, those of arcs by arc length and others between the points of the four sides. Then quads get
-/// good shapes: points on no feature move on the surface, those on features along them.
+/// map, those of arcs by arc length and others between the points of the four sides. Then quads of
+/// a map get good shapes (shape_quads()); without one, points on no feature are evened out.
 /// @param divisions   as divide_arcs() gives them
 /// @param face_names  one a face of the model: groups of the quads
 /// @throw LayoutRefused when quads fold

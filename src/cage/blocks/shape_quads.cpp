@@ -16,28 +16,6 @@ using geom::Vec3;
 
 namespace {
 
-// Times that lengths that edges should have and normals of quads are found anew, and sweeps over
-// all points in each.
-constexpr int rounds = 12, sweeps = 8;
-// Times that lengths are averaged with those of the quads beside them.
-constexpr int averagings = 4;
-// Share of the least negative area, and share of an area, by which areas are kept from zero.
-constexpr double fold_share = 0.2, least_area = 1e-3;
-// Halvings of a step that does not lower the energy, and its largest length as a share of the
-// shortest edge around a point.
-constexpr int step_halvings = 4;
-constexpr double longest_step = 0.5;
-// Share of quads that are turned over after a round from which on more rounds do not help.
-constexpr double most_reversed = 0.1;
-// Largest step, as a share of the edges around a point, at which points rest.
-constexpr double resting = 1e-3;
-// Cosine between normals before and after a step below which they are not those of one
-// side of a part.
-constexpr double agrees = 0.5;
-// Of a step, how far the point on the model may come to lie: where it is farther it is on another
-// part.
-constexpr double farthest_foot = 1.5;
-
 class Shaper {
   public:
     Shaper(const QuadsOnModel& quads, std::vector<Vec3>& points,
@@ -59,7 +37,7 @@ class Shaper {
             find_normals();
             find_ups();
             find_lengths();
-            if (round > 0 && reversed() > most_reversed * double(faces_.size())) return;
+            if (round > 0 && turned_over() > most_turned * double(faces_.size())) return;
             std::vector<char> awake(points_.size(), 1);
             bool rests = false;
             for (int sweep = 0; sweep < sweeps && !rests; ++sweep) {
@@ -79,6 +57,31 @@ class Shaper {
     }
 
   private:
+    // Times that lengths that edges should have and normals of quads are found anew, and sweeps
+    // over all points in each.
+    static constexpr int rounds = 12, sweeps = 8;
+    // Times that lengths are averaged with those of the quads beside them.
+    static constexpr int averagings = 4;
+    // Share of the least negative area, and share of an area, by which areas are kept from zero.
+    static constexpr double fold_share = 0.2, least_area = 1e-3;
+    // Halvings of a step that does not lower the energy, and its largest length as a share of the
+    // shortest edge around a point.
+    static constexpr int step_halvings = 4;
+    static constexpr double longest_step = 0.5;
+    // Sine of the angles of quads (24 degrees) from which on points on features stay where sizes
+    // along the features put them.
+    static constexpr double well_formed = 0.4;
+    // Share of quads that are turned over after a round from which on more rounds do not help.
+    static constexpr double most_turned = 0.1;
+    // Largest step, as a share of the edges around a point, at which points rest.
+    static constexpr double resting = 1e-3;
+    // Cosine between normals before and after a step below which they are not those of one
+    // side of a part.
+    static constexpr double agrees = 0.5;
+    // Of a step, how far the point on the model may come to lie: where it is farther it is on
+    // another part.
+    static constexpr double farthest_foot = 1.5;
+
     void join(const std::vector<std::pair<int, int>>& creases) {
         std::set<std::pair<int, int>> is_crease;
         for (const auto& [a, b] : creases) is_crease.insert(std::minmax(a, b));
@@ -160,7 +163,7 @@ class Shaper {
     }
 
     /// Quads one of whose corners is turned over.
-    [[nodiscard]] double reversed() const {
+    [[nodiscard]] int turned_over() const {
         int count = 0;
         for (std::size_t f = 0; f < faces_.size(); ++f) {
             bool is = false;
@@ -230,10 +233,18 @@ class Shaper {
         return least;
     }
 
+    /// Whether no quad around a point has a small angle or one near 180 degrees.
+    [[nodiscard]] bool is_well_formed(int v) const {
+        for (const std::size_t f : around_[at(v)])
+            for (int k = 0; k < 4; ++k)
+                if (corner_sine(points_, faces_[f], k, normals_[f]) < well_formed) return false;
+        return true;
+    }
+
     /// @return how far the point went, as a share of the edges around it
     double improve(int v) {
         const Freedom& freedom = freedom_[at(v)];
-        if (!freedom.free && freedom.curve < 0) return 0.0;
+        if (!freedom.free && (freedom.curve < 0 || is_well_formed(v))) return 0.0;
         const Vec3 normal = up_[at(v)];
         if (freedom.free && !(normal.norm() > 0.5)) return 0.0;
         poll_();
@@ -292,14 +303,6 @@ class Shaper {
 };
 
 }  // namespace
-
-double corner_sine(const std::vector<Vec3>& points, const std::vector<int>& face, int k,
-                   const Vec3& normal) {
-    const Vec3& p = points[at(face[at(k)])];
-    const Vec3 a = (points[at(face[at((k + 1) % 4)])] - p).normalized();
-    const Vec3 b = (points[at(face[at((k + 3) % 4)])] - p).normalized();
-    return a.cross(b).dot(normal);
-}
 
 void shape_quads(const QuadsOnModel& quads, std::vector<Vec3>& points,
                  const geom::ModelSurface& reference, Poll& poll) {

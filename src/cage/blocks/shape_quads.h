@@ -1,6 +1,7 @@
 // Points of quads are moved within the model to where the quads have good shapes.
 #pragma once
 
+#include "cage/blocks/untangle.h"
 #include "cage/poll.h"
 
 #include <patchwright/geom/model_surface.h>
@@ -9,16 +10,6 @@
 #include <vector>
 
 namespace patchwright::cage {
-
-/// Where a point may go.
-struct Freedom {
-    bool free = true;  ///< anywhere on the surface
-    int curve = -1;    ///< if not free: along this feature; -1: nowhere
-};
-
-/// Sine of the angle at a quad's corner k as seen against a unit normal.
-double corner_sine(const std::vector<geom::Vec3>& points, const std::vector<int>& face, int k,
-                   const geom::Vec3& normal);
 
 /// Quads whose points are on a model.
 struct QuadsOnModel {
