@@ -39,6 +39,12 @@ Attempt attempt(const AttemptPlan& plan, CageKind kind, double tolerances) {
     return a;
 }
 
+Attempt folded(Attempt a) {
+    a.folds.worst = measure::Fold{.angle_rad = 3.0};
+    a.verdict = convert::assess(a, solid(), tolerance);
+    return a;
+}
+
 Attempt next_of(std::vector<Attempt>& attempts, CageKind kind, double tolerances) {
     const auto plan = convert::choose_next(attempts, made(), diagonal);
     REQUIRE(plan.has_value());
@@ -149,11 +155,6 @@ TEST_CASE("cages along sections are fitted freely, get finer while that helps, t
 }
 
 TEST_CASE("a shape that folds within the tolerance is fitted more closely, once", "[convert]") {
-    const auto folded = [](Attempt a) {
-        a.folds.worst = measure::Fold{.angle_rad = 3.0};
-        a.verdict = convert::assess(a, solid(), tolerance);
-        return a;
-    };
     std::vector<Attempt> attempts{
         folded(attempt(*convert::choose_next({}, made(), diagonal), CageKind::Sections, 0.5))};
     attempts.push_back(folded(next_of(attempts, CageKind::Sections, 0.5)));
@@ -199,11 +200,6 @@ TEST_CASE("blocks that miss are remeshed, unless the user has asked for blocks",
 }
 
 TEST_CASE("blocks of a field that fold get finer once, then others take their place", "[convert]") {
-    const auto folded = [](Attempt a) {
-        a.folds.worst = measure::Fold{.angle_rad = 3.0};
-        a.verdict = convert::assess(a, solid(), tolerance);
-        return a;
-    };
     std::vector<Attempt> attempts{
         folded(attempt(*convert::choose_next({}, made(), diagonal), CageKind::Field, 0.9))};
     CHECK(attempts.back().plan.cage.blocks == cage::BlockWay::Fewest);
@@ -227,7 +223,7 @@ TEST_CASE("blocks of a field that fold get finer once, then others take their pl
     attempts.resize(2);
     attempts.back().finer_refused = true;
     CHECK(convert::choose_next(attempts, made(), diagonal)->cage.blocks == cage::BlockWay::Faces);
-    Attempt far = attempt(attempts.back().plan, CageKind::Field, 1.5);
+    const Attempt far = attempt(attempts.back().plan, CageKind::Field, 1.5);
     CHECK(convert::choose_next({far}, made(), diagonal)->cage.blocks == cage::BlockWay::Faces);
 }
 
