@@ -17,9 +17,6 @@ using mesh::EdgeId;
 using mesh::Topology;
 using mesh::VertexId;
 
-/// How vertices are to move, as far as that is known.
-using Moves = std::map<VertexId, Vec3>;
-
 /// The vertices of a chain move as the samples on both sides of them.
 void add_moves(const EdgeChain& chain, const Points& samples, int n, const PathAlignment& alignment,
                Moves& moves) {
@@ -78,34 +75,27 @@ bool are_far(const mesh::Cage& cage, const Moves& moves) {
 
 }  // namespace
 
-mesh::Cage placed(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-                  const FitOptions& options) {
-    const Topology& topology = *cage.topology;
-    Moves moves = moves_of_chains(cage, reference, options);
-    if (!are_far(cage, moves)) return cage;
-    for (const VertexId v : topology.vertices())
-        if (topology.is_pinned(v)) moves[v] = Vec3::Zero();
-    // The least sum of squared differences along edges, by their lengths.
+std::optional<Points> carried_along(const Topology& topology, const Points& points,
+                                    const Moves& known, double fading) {
     const int count = topology.vertex_count();
     std::vector<Eigen::Triplet<double>> entries;
     Points right = Points::Zero(count, 3);
     std::vector<double> diagonal(std::size_t(count), 0.0);
     for (const EdgeId e : topology.edges()) {
         const std::array<VertexId, 2> ends{topology.start(e), topology.end(e)};
-        const double length =
-            (cage.points.row(ends[0].value) - cage.points.row(ends[1].value)).norm();
+        const double length = (points.row(ends[0].value) - points.row(ends[1].value)).norm();
         if (!(length > 0.0)) continue;
         for (std::size_t k = 0; k < 2; ++k) {
             const VertexId v = ends[k], w = ends[1 - k];
-            diagonal[v.index()] += 1.0 / length;
-            if (moves.count(v) != 0) continue;
-            if (const auto known = moves.find(w); known != moves.end())
-                right.row(v.value) += known->second.transpose() / length;
+            diagonal[v.index()] += (1.0 + fading) / length;
+            if (known.contains(v)) continue;
+            if (const auto found = known.find(w); found != known.end())
+                right.row(v.value) += found->second.transpose() / length;
             else
                 entries.emplace_back(v.value, w.value, -1.0 / length);
         }
     }
-    for (const auto& [v, move] : moves) {
+    for (const auto& [v, move] : known) {
         diagonal[v.index()] = 1.0;
         right.row(v.value) = move.transpose();
     }
@@ -113,12 +103,24 @@ mesh::Cage placed(const mesh::Cage& cage, const geom::ReferenceSurface& referenc
     Eigen::SparseMatrix<double> membrane(count, count);
     membrane.setFromTriplets(entries.begin(), entries.end());
     const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(membrane);
+    if (solver.info() != Eigen::Success) return std::nullopt;
+    Points displacements = solver.solve(right);
+    if (!displacements.allFinite()) return std::nullopt;
+    return displacements;
+}
+
+mesh::Cage placed(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
+                  const FitOptions& options) {
+    const Topology& topology = *cage.topology;
+    Moves moves = moves_of_chains(cage, reference, options);
+    if (!are_far(cage, moves)) return cage;
+    for (const VertexId v : topology.vertices())
+        if (topology.is_pinned(v)) moves[v] = Vec3::Zero();
     // A part without a chain has nothing to go by.
-    if (solver.info() != Eigen::Success) return cage;
-    const Points displacement = solver.solve(right);
-    if (!displacement.allFinite()) return cage;
+    const auto displacements = carried_along(topology, cage.points, moves, 0.0);
+    if (!displacements) return cage;
     mesh::Cage result = cage;
-    result.points += displacement;
+    result.points += *displacements;
     return result;
 }
 

@@ -1,9 +1,24 @@
-// Moves a cage as a whole to where its chains belong, before it is fitted.
+// How vertices move along with those of chains.
 #pragma once
 
 #include <patchwright/fit/fit.h>
 
+#include <map>
+#include <optional>
+
 namespace patchwright::fit {
+
+/// How vertices are to move, as far as that is known.
+using Moves = std::map<mesh::VertexId, geom::Vec3>;
+
+/// Displacements of all vertices, one a row, where some are known: those of the others are means of
+/// their neighbours', weighted by the inverse lengths of edges, so that vertices close to one that
+/// moves go along with it.
+/// @param fading  by how much they become less from vertex to vertex: 0.1 is a tenth
+/// @return nothing where a part has no known ones and nothing fades
+std::optional<geom::Points> carried_along(const mesh::Topology& topology,
+                                          const geom::Points& points, const Moves& known,
+                                          double fading);
 
 /// A cage whose chains belong farther away than their own edges are long cannot be fitted step by
 /// step: edges would pass each other. Its chains are moved to their targets and the other vertices
