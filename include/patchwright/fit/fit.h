@@ -125,15 +125,15 @@ struct FitResult {
 /// ones; faces that are folded when a level begins are evened out, and a fit within the tolerance
 /// goes on while that opens folds. At corners of three or four quads what would make the limit
 /// surface run over a crease is kept out (see subd::CornerSectors).
-/// Crease and boundary control points are solved first, for their own curves, and then held;
-/// creases follow smooth edges of the reference where no sharp ones are as near and these are not
-/// quite smooth somewhere. Chains keep the order along their curves, however near those come to
-/// themselves; a cage whose chains belong farther away than their edges are long is moved there as
-/// a whole first.
-/// A crease that ends within the surface ends where its curve does, within the tolerance, if the
-/// curve's end is as near as the crease's last edge is long.
-/// Pinned control points do not move. Points at tagged sectors are settled after each level (see
-/// subd::control_normals). Missing the tolerance is an answer: see FitResult::within_tolerance.
+/// Crease and boundary control points are solved first, for their own curves, and then held, with
+/// those beside them carried along; creases follow smooth edges of the reference where no sharp
+/// ones are as near and these are not quite smooth somewhere. Chains keep the order along their
+/// curves, however near those come to themselves; a cage whose chains belong farther away than
+/// their edges are long is moved there as a whole first. A crease that ends within the surface ends
+/// where its curve does, within the tolerance, if the curve's end is as near as the crease's last
+/// edge is long. Pinned control points do not move. Points at tagged sectors are settled after each
+/// level (see subd::control_normals). Missing the tolerance is an answer: see
+/// FitResult::within_tolerance.
 /// @throw InvalidArgument when an option is out of range
 /// @throw Cancelled when the progress callback says so
 /// @throw TimeLimitReached when the callback does before there is any level to return

@@ -42,7 +42,7 @@ constexpr double fold_miss = 10.0;
 // Regularisation must not drive the surface away: no step may leave more than this times the least
 // energy of distances so far.
 constexpr double max_energy_growth = 2.0;
-// By how much moves along with curves become less from row to row: others have their own way to go.
+// Of moves along with curves, see carried_along(): what is rows away has its own way to go.
 constexpr double fading = 0.1;
 // |A^T r| at which a solve has converged, relative to the start: targets change more per round.
 constexpr double solve_residual = 1e-4;
@@ -88,9 +88,7 @@ class LevelFitter {
     LevelFit run() && {
         bool stopped = false;
         try {
-            const Points before = points_;
             improve_curves();
-            carry_along(before);
             settle_corners();
             improve_surface(options_.solver.fairness, options_.solver.max_projections);
             improve_reverse_distances();
@@ -114,21 +112,23 @@ class LevelFitter {
     /// Crease and boundary curves depend on their own control points only.
     void improve_curves() {
         if (projector_.curves().sites.empty()) return;
+        const Points before = points_;
         improve({projector_.curve_samples(), curve_steps_, curve_regularisation_,
                  [&](const Points& p, const Projection*) { return projector_.project_curves(p); }},
                 0.0, (options_.solver.max_projections + 1) / 2);
+        carry_along(before);
     }
 
     /// Narrow strips that are left behind by their curve would stand on end.
     void carry_along(const Points& before) {
-        if (projector_.curves().sites.empty()) return;
         const auto& held = surface_steps_.held;
         Moves moves;
         for (const VertexId v : topology_.vertices())
             if (held[v.index()] == PointConstraints::all)
                 moves[v] = (points_.row(v.value) - before.row(v.value)).transpose();
         const auto along = carried_along(topology_, before, moves, fading);
-        for (Eigen::Index v = 0; along && v < points_.rows(); ++v)
+        if (!along) return;
+        for (Eigen::Index v = 0; v < points_.rows(); ++v)
             for (int c = 0; c < 3; ++c)
                 if ((held[std::size_t(v)] >> c & 1) == 0) points_(v, c) += (*along)(v, c);
         surface_steps_.follow(points_);
