@@ -57,6 +57,9 @@ class Assessment {
                  of_cage("more faces there (--target-faces), or another cage (--cage)"));
         failures(Requirement::GridCells, f_.bad_grid_cells,
                  "smaller cells or thinner layers, or a cage without folds");
+        failures(Requirement::Designs, f_.missed_designs,
+                 std::string(f_.stopped_by_time_limit ? "a longer --time-limit, or " : "") +
+                     "a coarser --tolerance, or these designs one by one (refit)");
         return std::move(conditions_);
     }
 
@@ -115,6 +118,7 @@ class Assessment {
 
 std::string describe_shape(const VerdictFigures& f) {
     if (f.is_grid) return "grid without folded cells";
+    if (f.designs) return plural(*f.designs, "design", "designs");
     std::string text;
     if (f.bodies) {
         const char* state = f.closed ? "closed" : "open";
@@ -158,6 +162,7 @@ std::string describe(const Condition& c, std::optional<double> tolerance_rel) {
                           "faces intersect themselves or each other");
         case Requirement::GridCells:
             return plural(count, "folded or negative cell", "folded or negative cells");
+        case Requirement::Designs: return plural(count, "design misses", "designs miss");
     }
     return {};
 }
@@ -176,7 +181,8 @@ const char* name_of(Requirement requirement) {
                                      "folds",
                                      "kinks",
                                      "self_intersections",
-                                     "grid_cells"};
+                                     "grid_cells",
+                                     "designs"};
     return names[static_cast<std::size_t>(requirement)];
 }
 

@@ -4,6 +4,7 @@
 #include "call.h"
 #include "grids.h"
 #include "model.h"
+#include "modes.h"
 #include "runs.h"
 #include "transfer.h"
 
@@ -20,6 +21,7 @@ PYBIND11_MODULE(_core, module) {
     python::bind_runs(module);
     python::bind_grids(module);
     python::bind_transfer(module);
+    python::bind_modes(module);
     module.def("version", [] { return std::string(base::version()); });
     module.def("thread_count", &base::thread_count);
     module.def("set_thread_count", [](int threads) {

@@ -23,6 +23,7 @@ class SectionWriter {
         if (report_.cage) cage(*report_.cage);
         if (report_.fit) fit(*report_.fit);
         if (report_.morph) morph(*report_.morph);
+        if (report_.family) family(*report_.family);
         if (report_.patches) patches(*report_.patches);
         if (report_.solid) solid(*report_.solid);
         if (report_.details) details(*report_.details);
@@ -160,6 +161,20 @@ class SectionWriter {
         row("moment", "{} about the origin, conserved to {:.1g}", place(m.forces->given.moment),
             m.forces->moment_error);
         brief();
+    }
+    void family(const FamilyFigures& f) {
+        sections_.push_back({"Family", {}});
+        for (const FamilyFigures::Member& m : f.members) {
+            row(m.file, "{}, {:.2f} s", m.sentence, m.seconds);
+            if (!m.met) brief();
+        }
+        for (std::size_t k = 0; k < f.modes.size(); ++k) {
+            row(fmt::format("mode {}", k + 1),
+                "standard deviation {} (root mean square of the surface), {:.4g} % of the variance "
+                "with those before",
+                length(f.modes[k].deviation), 100.0 * f.modes[k].share);
+            brief();
+        }
     }
     void patches(const PatchFigures& p) {
         sections_.push_back({"Patches", {}});
@@ -345,46 +360,5 @@ class SectionWriter {
 }  // namespace
 
 std::vector<Section> sections(const RunReport& report) { return SectionWriter(report).write(); }
-
-namespace {
-
-std::string full_text(const std::vector<Section>& sections) {
-    std::string text;
-    for (const Section& section : sections) {
-        text += section.title + "\n";
-        for (const auto& [label, value] : section.rows)
-            text += fmt::format("  {:<16} {}\n", label, value);
-    }
-    return text;
-}
-
-/// One line a row; what does not fit is counted.
-std::string brief_text(const std::vector<Section>& sections, std::size_t most_lines) {
-    std::vector<std::string> lines;
-    for (const Section& section : sections)
-        for (const std::size_t i : section.brief)
-            lines.push_back(fmt::format("  {:<20}{:<20}{}\n",
-                                        i == section.brief.front() ? section.title : "",
-                                        section.rows[i].first, section.rows[i].second));
-    std::string text;
-    for (std::size_t i = 0; i < std::min(lines.size(), most_lines); ++i)
-        text += i + 1 == most_lines && lines.size() > most_lines
-                    ? fmt::format("  and {} lines more: see --verbose\n", lines.size() - i)
-                    : lines[i];
-    return text;
-}
-
-}  // namespace
-
-std::string to_text(const RunReport& report, TextDetail detail) {
-    constexpr std::size_t most_lines = 15, of_verdict = 2;
-    const std::string verdict =
-        report.verdict ? report.verdict->sentence(report.unit) + "\n" : std::string();
-    const std::vector<Section> all = sections(report);
-    return verdict +
-           (detail == TextDetail::Full ? full_text(all)
-                                       : brief_text(all, most_lines - of_verdict)) +
-           verdict;
-}
 
 }  // namespace patchwright::report

@@ -35,6 +35,7 @@ class Writer {
         if (report_.cage && !report_.layout.empty()) json["cage"]["layout"] = report_.layout;
         if (report_.fit) json["fit"] = fit(*report_.fit);
         if (report_.morph) json["morph"] = morph(*report_.morph);
+        if (report_.family) json["family"] = family(*report_.family);
         if (report_.patches) json["patches"] = patches(*report_.patches);
         if (report_.solid) json["solid"] = solid(*report_.solid);
         if (report_.details) json["details"] = details(*report_.details);
@@ -109,6 +110,23 @@ class Writer {
                 {"boundary_edges", c.boundary_edges},
                 {"pins", c.pins},
                 {"non_quads", c.non_quads}};
+    }
+    Json family(const FamilyFigures& f) const {
+        Json members = Json::array(), modes = Json::array();
+        for (const FamilyFigures::Member& m : f.members) {
+            Json json = {{"file", m.file},
+                         {"met", m.met},
+                         {"sentence", m.sentence},
+                         {"tolerance", length(m.tolerance)},
+                         {"seconds", m.seconds}};
+            if (m.distance) json["distance"] = length(*m.distance);
+            for (const double weight : m.weights) json["weights"].push_back(length(weight));
+            if (m.off_modes) json["off_modes"] = length(*m.off_modes);
+            members.push_back(std::move(json));
+        }
+        for (const FamilyFigures::Mode& mode : f.modes)
+            modes.push_back({{"deviation", length(mode.deviation)}, {"share", mode.share}});
+        return {{"members", members}, {"modes", modes}};
     }
     Json morph(const MorphFigures& m) const {
         Json json = {{"points", m.points},

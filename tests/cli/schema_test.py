@@ -80,6 +80,13 @@ class Schema(CliTest):
         self.valid("fit", WING / "wing.step", "--cage", WING / "wing_cage.obj", "-o", self.path("a.obj"), "--tolerance", "1e-2rel")
         self.valid("refit", WING / "wing_cage.obj", WING / "wing.step", "-o", self.path("a.obj"), "--cad-out", self.path("a.step"),
                    "--tolerance", "1e-2rel")
+        copy = self.path("copy.step", (WING / "wing.step").read_text())
+        report = self.valid("family", WING / "wing_cage.obj", WING / "wing.step", copy, "-o", self.path("{name}.obj"),
+                            "--modes", 1, "--tolerance", "1e-2rel")
+        self.assertEqual(report["family"]["modes"], [])
+        rows = sum(line.startswith("v ") for line in (WING / "wing_cage.obj").read_text().splitlines())
+        modes = self.path("modes.csv", "".join(f"{i},0,0,0,0,1\n" for i in range(rows)))
+        self.valid("member", WING / "wing_cage.obj", "--modes", modes, "--weights", 1, "-o", self.path("a.obj"))
         nodes = self.path("nodes.csv", "".join(f"{x},{y},{z},0,0,{x}\n" for x in (-50, 50) for y in (-50, 50) for z in (-50, 50)))
         forces = self.path("forces.csv", "0,0.5,0.5,0,0,1\n")
         report = self.valid("morph", CUBE, "--displacements", nodes, "-o", self.path("a.obj"), "--cad-out", self.path("a.step"),

@@ -11,7 +11,7 @@ import unittest
 from command_line import CliTest, PATCHWRIGHT, run, SAMPLES, WING
 
 CUBE = SAMPLES / "cages" / "cube.obj"
-COMMANDS = ("convert", "cage", "fit", "refit", "morph", "export", "compare", "inspect", "grid", "eval", "subdivide")
+COMMANDS = ("convert", "cage", "fit", "refit", "family", "member", "morph", "export", "compare", "inspect", "grid", "eval", "subdivide")
 
 
 class Text(CliTest):

@@ -104,6 +104,11 @@ TEST_CASE("every condition can fail by itself, with its name, place and remedy",
              f.bad_grid_cells = measure::Failures{51, place};
          },
          "51 folded or negative cells"},
+        {Requirement::Designs,
+         [&](auto& f) {
+             f.missed_designs = measure::Failures{2, {}};
+         },
+         "2 designs miss", false},
     };
     for (const Case& one : cases) {
         INFO(measure::name_of(one.requirement));

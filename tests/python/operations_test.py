@@ -102,6 +102,25 @@ class AsTheCommandLine(ModuleTest):
             with self.assertRaisesRegex(pw.PatchwrightError, part):
                 pw.grid_blocks(cage, **wrong)
 
+    def test_modes(self):
+        """Cages that differ by two fields: two modes, which give the members again and are orthogonal on the surface."""
+        cage = pw.Cage.read(WING / "wing_cage.obj")
+        rng = np.random.default_rng(5)
+        fields = rng.standard_normal((2, *cage.points.shape))
+        members = [cage.with_points(cage.points + np.tensordot(weights, fields, 1)) for weights in rng.standard_normal((6, 2))]
+        modes = pw.Modes(members, 4)
+        self.assertEqual((len(modes), modes.shapes.shape, modes.weights.shape), (2, (2, *cage.points.shape), (6, 2)))
+        for member, weights in zip(members, modes.weights):
+            np.testing.assert_allclose(modes.member(weights).points, member.points, atol=1e-9)
+        np.testing.assert_allclose(modes.member([]).points, np.mean([m.points for m in members], axis=0), atol=1e-9)
+        self.assertAlmostEqual(modes.shares[-1], 1.0, 12)
+        np.testing.assert_allclose(modes.weights.std(axis=0), modes.deviations, rtol=1e-9)
+        for arguments in (([cage], 1), ([cage, 3], 1), (members, 0), ([cage, pw.Cage.read(SAMPLES / "cages" / "cube.obj")], 1)):
+            with self.assertRaises(pw.UsageError):
+                pw.Modes(*arguments)
+        with self.assertRaises(pw.UsageError):
+            modes.member([1, 2, 3])
+
     def test_morph(self):
         """Affine motions exactly; cages and forces as the command line's, and their work."""
         cage = pw.Cage.read(WING / "wing_cage.obj")

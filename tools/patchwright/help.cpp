@@ -29,10 +29,16 @@ const std::map<std::string, Described> descriptions{
     {"a", {"", "A"}},
     {"b", {"", "B"}},
     {"cage", {"", "CAGE.obj"}},
+    {"designs", {"", "FILE"}},
     {"--output", {"Files", "FILE"}},
     {"--cage", {"Files", "CAGE.obj"}},
     {"--cad-out", {"Files", "FILE"}},
     {"--displacements", {"Files", "FILE.csv"}},
+    {"family --output", {"Files", "'FOLDER/{name}.obj'"}},
+    {"--modes", {"Accuracy", "N"}},
+    {"--modes-out", {"Files", "FILE.csv"}},
+    {"member --modes", {"Files", "FILE.csv"}},
+    {"--weights", {"Control mesh", "W1,W2"}},
     {"--velocities-out", {"Files", "FILE.csv"}},
     {"--forces", {"Files", "FILE.csv"}},
     {"--forces-out", {"Files", "FILE.csv"}},
@@ -112,6 +118,12 @@ const std::map<std::string, std::string> examples{
     {"refit",
      "  patchwright refit fitted.obj bent_wing.step -o bent.obj\n"
      "  patchwright refit fitted.obj bent_wing.step -o bent.obj --cad-out bent.step"},
+    {"family",
+     "  patchwright family fitted.obj designs/*.step -o 'members/{name}.obj' --modes 5 "
+     "--modes-out modes.csv"},
+    {"member",
+     "  patchwright member fitted.obj --modes modes.csv --weights 12.5,-3 -o new.obj "
+     "--cad-out new.step"},
     {"morph",
      "  patchwright morph fitted.obj --displacements nodes.csv -o bent.obj --cad-out bent.step\n"
      "  patchwright morph fitted.obj --displacements nodes.csv -o bent.obj --forces pressure.csv "

@@ -71,6 +71,8 @@ void register_all(CLI::App& app, int& exit_code) {
     register_cage(app, exit_code);
     register_fit(app, exit_code);
     register_refit(app, exit_code);
+    register_family(app, exit_code);
+    register_member(app, exit_code);
     register_morph(app, exit_code);
     register_export(app, exit_code);
     register_compare(app, exit_code);

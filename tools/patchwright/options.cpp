@@ -50,16 +50,21 @@ occ::ReaderProcess& reader_process() {
     return process;
 }
 
-convert::Source read_source(Run& run, const std::string& file, const InputOptions& options,
-                            const ReadingOptions& needed) {
+convert::SourceOptions source_options(const InputOptions& options) {
     convert::SourceOptions reading{.allow_loss = options.allow_loss,
-                                   .heal = needed.heal,
-                                   .with_surface = needed.with_surface,
                                    .reader = &reader_process(),
-                                   .limits = {.time_s = options.read_limit_s},
-                                   .progress = needed.progress ? needed.progress : run.progress()};
+                                   .limits = {.time_s = options.read_limit_s}};
     if (!options.unit.empty()) reading.unit = base::parse_length_unit(options.unit);
     if (options.sharp_angle_deg) reading.sharp_angle_rad = *options.sharp_angle_deg * M_PI / 180.0;
+    return reading;
+}
+
+convert::Source read_source(Run& run, const std::string& file, const InputOptions& options,
+                            const ReadingOptions& needed) {
+    convert::SourceOptions reading = source_options(options);
+    reading.heal = needed.heal;
+    reading.with_surface = needed.with_surface;
+    reading.progress = needed.progress ? needed.progress : run.progress();
     convert::Source source = convert::read_source(file, reading);
     for (const std::string& text : source.notices) run.notice(text);
     run.report.input = source.input;

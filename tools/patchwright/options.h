@@ -52,6 +52,9 @@ constexpr const char* length_help = "0.05mm, 0.002in, or 1e-4rel (of the diagona
 
 void add_input_options(CLI::App& command, InputOptions& options);
 
+/// The same for the library: read by reader_process(), healed, with a surface.
+convert::SourceOptions source_options(const InputOptions& options);
+
 /// What a subcommand needs of a model.
 struct ReadingOptions {
     bool heal = true;

@@ -19,6 +19,9 @@ class Budget {
     /// @param on_progress  called from the thread that calls the library; false cancels the run
     explicit Budget(std::optional<Seconds> limit = std::nullopt, Progress on_progress = {});
 
+    /// The same limit, from the same start, with another callback.
+    [[nodiscard]] Budget with(Progress on_progress) const;
+
     /// For work that may be cut short.
     /// @throw TimeLimitReached from the callback once the limit is reached
     [[nodiscard]] Progress limited() const;

@@ -20,5 +20,13 @@ int thread_count();
 void parallel_for(std::size_t count, std::size_t grain,
                   const std::function<void(std::size_t, std::size_t)>& body);
 
+/// Calls `task(i)` for each i in [0, count), begun in this order, as many at a time as
+/// thread_count() says; parallel loops within a task stay on its thread. For few long pieces of
+/// work. Meanwhile calls `poll`, if any, from the calling thread, some thirty times a second.
+/// The first exception, of a task or of `poll`, is rethrown once the tasks that run have ended; no
+/// others begin. Where `poll` throws it has to make them end as well.
+void run_tasks(std::size_t count, const std::function<void(std::size_t)>& task,
+               const std::function<void()>& poll = {});
+
 }  // namespace patchwright::base
 #pragma GCC visibility pop

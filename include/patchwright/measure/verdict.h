@@ -23,7 +23,8 @@ enum class Requirement {
     Folds,              ///< normals of output and input agree
     Kinks,              ///< tangent planes agree across edges that are meant to be smooth
     SelfIntersections,  ///< no face intersects itself
-    GridCells           ///< no cell of a grid is folded or has a negative volume
+    GridCells,          ///< no cell of a grid is folded or has a negative volume
+    Designs             ///< of a family: the verdict on each is met
 };
 
 /// What a condition's value and limit are; in mm, mm^2, mm^3.
@@ -72,8 +73,10 @@ struct VerdictFigures {
     std::optional<Worst> kink_rad;     ///< beyond the tolerance from vertices without tangent plane
     std::optional<Failures> self_intersecting_faces;
     std::optional<Failures> bad_grid_cells;
+    std::optional<Failures> missed_designs;
 
     std::optional<int> patches;          ///< for the sentence
+    std::optional<int> designs;          ///< for the sentence
     bool closed = false;                 ///< for the sentence
     bool stopped_by_time_limit = false;  ///< some remedies are then more time
     bool keeps_cage = false;             ///< of a refit: the remedy is another command

@@ -12,6 +12,7 @@
 #include <patchwright/mesh/cage.h>
 #include <patchwright/patch/continuity.h>
 #include <patchwright/patch/extract.h>
+#include <patchwright/report/family_figures.h>
 
 #include <array>
 #include <map>
@@ -160,6 +161,7 @@ struct RunReport {
     std::vector<std::string> layout;
     std::optional<FitFigures> fit;
     std::optional<MorphFigures> morph;
+    std::optional<FamilyFigures> family;
     std::optional<PatchFigures> patches;
     std::optional<SolidFigures> solid;
     std::optional<DetailFigures> details;

@@ -33,10 +33,6 @@ constexpr int max_little_gains = 2;
 constexpr double finished_share = 0.02;
 // While the bending energy has more weight than this it may hold distances back.
 constexpr double small_fairness = 1e-5;
-// Scale of the tangential regularisation in parts of the tolerance, see Regularisation: enough
-// against drift without cause, too little to keep curves and leading edges from their place
-// (refinement_test: lines stay even).
-constexpr double tangential_scale_rel = 0.1;
 // Tangential motion in folded faces counts as distances of so many such scales.
 constexpr double fold_miss = 10.0;
 // Regularisation must not drive the surface away: no step may leave more than this times the least
@@ -101,7 +97,7 @@ class LevelFitter {
 
   private:
     [[nodiscard]] double tangential_scale_mm() const {
-        return tangential_scale_rel * options_.tolerance_mm;
+        return options_.solver.tangential_scale_rel * options_.tolerance_mm;
     }
 
     void poll(double share_of_round) const {

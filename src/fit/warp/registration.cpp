@@ -172,8 +172,10 @@ class Registering {
             stage(0, result.stages);
             stage(coarsest, result.stages);
             chain_ties_ = ChainTies::Nearest;
-            for (int cells = coarsest; cells <= finest && is_small(cells); cells *= 2)
+            for (int cells = coarsest; cells <= finest && is_small(cells); cells *= 2) {
                 stage(cells, result.stages);
+                if (result.stages.back().rms_mm <= near_share * options_.tolerance_mm) break;
+            }
         }
         result.cage = std::move(cage_);
         return result;

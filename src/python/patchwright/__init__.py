@@ -14,13 +14,14 @@ from .cage import Cage
 from .errors import (CancelledError, InputError, InternalError, OutputError, PatchwrightError, TimeLimitError,
                      UsageError)
 from .model import Field, Model, read
+from .modes import Modes
 from .operations import (GridPlaces, compare, convert, export, fit, grid, grid_blocks, grid_places, inspect, make_cage,
                          refit)
 from .results import (Comparison, Condition, Conversion, Export, Fit, Grid, Inspection, MadeCage, Refit, Result, Verdict)
 from .transfer import PointTransfer, morph
 
 __all__ = ["Cage", "CancelledError", "Comparison", "Condition", "Conversion", "Export", "Field", "Fit", "Grid", "GridPlaces",
-           "InputError", "Inspection", "InternalError", "MadeCage", "Model", "OutputError", "PatchwrightError",
+           "InputError", "Inspection", "InternalError", "MadeCage", "Model", "Modes", "OutputError", "PatchwrightError",
            "PointTransfer", "Refit", "Result", "TimeLimitError", "UsageError", "Verdict", "compare", "convert", "export", "fit", "grid",
            "grid_blocks", "grid_places", "inspect", "make_cage", "morph", "read", "refit", "set_thread_count", "thread_count"]
 
