@@ -14,6 +14,8 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <system_error>
 
 namespace patchwright::cli {
@@ -132,6 +134,14 @@ bool is_standard_output(const std::string& file) {
     }, standard{};
     return ::stat(file.c_str(), &found) == 0 && ::fstat(STDOUT_FILENO, &standard) == 0 &&
            found.st_dev == standard.st_dev && found.st_ino == standard.st_ino;
+}
+
+std::string file_content(const std::string& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::string content{std::istreambuf_iterator<char>(stream), {}};
+    if (!stream.is_open() || stream.bad())
+        throw base::InputError(file + ": cannot be read; is it there?");
+    return content;
 }
 
 void write_standard_output(std::string_view text) {

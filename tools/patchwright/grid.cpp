@@ -1,6 +1,6 @@
 #include "checks.h"
 #include "command.h"
-#include "table.h"
+#include "point_values.h"
 #include "view.h"
 
 #include <patchwright/base/error.h>
@@ -35,7 +35,7 @@ struct GridOptions {
     bool curvature = false;
     std::string first_cell;
     std::vector<std::string> clusters;
-    std::string rules, size_field;
+    std::string rules, size_field, size_array;
     std::string form = "binary", endian = "little";
     int layers = 0;
     std::string layer_height, thickness;
@@ -75,19 +75,13 @@ grid::PlanOptions plan_options(const GridOptions& options, double diagonal) {
     return plan;
 }
 
-/// Lines of X,Y,Z,SIZE in the cage's unit.
-grid::SizeField read_size_field(const std::string& file, base::LengthUnit unit) {
-    const Table table = read_table(file, 4, 4);
-    const double scale = base::millimetres_per(unit);
-    std::vector<double> sizes;
-    for (std::size_t i = 0; i < table.rows(); ++i) {
-        const double* row = table.row(i);
-        if (!(row[3] > 0.0))
-            throw base::InputError(
-                fmt::format("{}the size is {}; it must be positive", table.place(i), row[3]));
-        sizes.push_back(scale * row[3]);
-    }
-    return {scale * table.points(0), std::move(sizes)};
+grid::SizeField read_size_field(const GridOptions& options, base::LengthUnit unit) {
+    PointValues sizes = read_point_values(options.size_field, {.unit = unit,
+                                                               .array = options.size_array,
+                                                               .usual_array = "size",
+                                                               .must_be_positive = true});
+    for (double& size : sizes.values) size *= base::millimetres_per(unit);
+    return {std::move(sizes.at), std::move(sizes.values)};
 }
 
 std::vector<grid::EdgeRule> read_rules(const std::string& file, const grid::BlockLayout& layout,
@@ -102,6 +96,8 @@ void check_options(const GridOptions& options) {
     if (!options.size_field.empty() && options.levels > 0)
         throw base::UsageError(
             "--size-field and --levels do not go together: halved cells are no multiples");
+    if (!options.size_array.empty() && options.size_field.empty())
+        throw base::UsageError("--size-array names an array of --size-field FILE.vtu; give both");
     if (options.coarsen > options.levels)
         throw base::UsageError(fmt::format("--coarsen {} needs --levels {} or more",
                                            options.coarsen, options.coarsen));
@@ -166,7 +162,7 @@ int make_grid(const GridOptions& options) {
         return grid::coarsened(grid::make_plan(layout, wanted), options.coarsen);
     });
     if (!options.size_field.empty())
-        plan = grid::refined(plan, read_size_field(options.size_field, cage_unit));
+        plan = grid::refined(plan, read_size_field(options, cage_unit));
     run.end_stage("plan");
 
     grid::GridQuality quality;
@@ -227,8 +223,12 @@ void add_spacing_options(CLI::App& command, GridOptions& options) {
                        "FAMILY:FAMILY=LENGTH: first cell of lines that end where blocks of these "
                        "families meet; an empty name is any");
     command.add_option("--size-field", options.size_field,
-                       "X,Y,Z,SIZE a line, in the cage's unit: cells are halved along whole lines "
-                       "until they are no longer than the size at the nearest point");
+                       "X,Y,Z,SIZE a line, or a VTK file with sizes at its points or cells, in the "
+                       "cage's unit: cells are halved along whole lines until they are no longer "
+                       "than the size at the nearest point");
+    command.add_option("--size-array", options.size_array,
+                       "which array of the .vtu file holds the sizes; else the one named size, or "
+                       "the only one with one number a point or cell");
     command.add_option("--rules", options.rules,
                        "JSON file with rules for single block edges: [{\"at\": [x, y, z], "
                        "\"cells\": 40, \"spacing\": \"tanh\", \"near\": \"0.1mm\", \"far\": "
