@@ -19,11 +19,12 @@ ARROWS = {  # room: the rooms that it may include; what those may include, it ma
     "fit": ["measure"],
     "patch": ["subd"],
     "grid": ["patch"],
+    "adapt": ["grid"],
     "report": ["fit", "patch", "grid"],
     "occ": ["fit", "patch"],
     "cage": ["fit"],
     "convert": ["report", "cage", "occ"],
-    "python": ["convert"],
+    "python": ["convert", "adapt"],
 }
 TEST_ARROWS = {  # room: rooms that its tests may include besides, for the reason given
     "cage": ["occ", "patch"],  # models as users have them: read from files or assembled from patches

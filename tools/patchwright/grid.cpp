@@ -3,10 +3,10 @@
 #include "point_values.h"
 #include "view.h"
 
+#include <patchwright/adapt/refinement.h>
 #include <patchwright/base/error.h>
 #include <patchwright/grid/layers.h>
 #include <patchwright/grid/rules.h>
-#include <patchwright/grid/size_field.h>
 #include <patchwright/grid/write.h>
 #include <patchwright/measure/verdict.h>
 #include <patchwright/subd/normal_control.h>
@@ -16,6 +16,8 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
+#include <optional>
+#include <utility>
 
 namespace patchwright::cli {
 
@@ -35,12 +37,17 @@ struct GridOptions {
     bool curvature = false;
     std::string first_cell;
     std::vector<std::string> clusters;
-    std::string rules, size_field, size_array;
+    std::string rules, size_field, size_array, sensor, sensor_array, smallest;
+    double sensor_jump = adapt::Criteria{}.sensor_jump;
     std::string form = "binary", endian = "little";
     int layers = 0;
     std::string layer_height, thickness;
     double growth = 1.2;
 };
+
+bool refines(const GridOptions& options) {
+    return !options.size_field.empty() || !options.sensor.empty();
+}
 
 /// "A:B=0.1mm"
 grid::BorderCluster parse_cluster(const std::string& text, double diagonal) {
@@ -75,13 +82,38 @@ grid::PlanOptions plan_options(const GridOptions& options, double diagonal) {
     return plan;
 }
 
-grid::SizeField read_size_field(const GridOptions& options, base::LengthUnit unit) {
+adapt::SizeField read_size_field(const GridOptions& options, base::LengthUnit unit) {
     PointValues sizes = read_point_values(options.size_field, {.unit = unit,
                                                                .array = options.size_array,
                                                                .usual_array = "size",
                                                                .must_be_positive = true});
     for (double& size : sizes.values) size *= base::millimetres_per(unit);
     return {std::move(sizes.at), std::move(sizes.values)};
+}
+
+adapt::Sensor read_sensor(const GridOptions& options, base::LengthUnit unit) {
+    PointValues values =
+        read_point_values(options.sensor, {.unit = unit, .array = options.sensor_array});
+    return {std::move(values.at), std::move(values.values)};
+}
+
+/// Smallest cell by a sensor where none is given: far below what a surface grid's cells are, and
+/// far above rounding.
+constexpr double smallest_by_sensor_rel = 1e-3;
+
+/// What the grid is refined by, if anything.
+std::optional<adapt::Criteria> read_criteria(const GridOptions& options, base::LengthUnit unit,
+                                             double diagonal) {
+    if (!refines(options)) return std::nullopt;
+    adapt::Criteria criteria{.sensor_jump = options.sensor_jump};
+    if (!options.size_field.empty()) criteria.sizes = read_size_field(options, unit);
+    if (!options.sensor.empty()) {
+        criteria.sensor = read_sensor(options, unit);
+        criteria.smallest_mm = smallest_by_sensor_rel * diagonal;
+    }
+    if (!options.smallest.empty())
+        criteria.smallest_mm = base::parse_length(options.smallest).in_millimetres(diagonal);
+    return criteria;
 }
 
 std::vector<grid::EdgeRule> read_rules(const std::string& file, const grid::BlockLayout& layout,
@@ -93,11 +125,16 @@ std::vector<grid::EdgeRule> read_rules(const std::string& file, const grid::Bloc
 }
 
 void check_options(const GridOptions& options) {
-    if (!options.size_field.empty() && options.levels > 0)
+    if (refines(options) && options.levels > 0)
         throw base::UsageError(
-            "--size-field and --levels do not go together: halved cells are no multiples");
+            fmt::format("{} and --levels do not go together: halved cells are no multiples",
+                        options.sensor.empty() ? "--size-field" : "--sensor"));
     if (!options.size_array.empty() && options.size_field.empty())
         throw base::UsageError("--size-array names an array of --size-field FILE.vtu; give both");
+    if (!options.sensor_array.empty() && options.sensor.empty())
+        throw base::UsageError("--sensor-array names an array of --sensor FILE.vtu; give both");
+    if (!options.smallest.empty() && !refines(options))
+        throw base::UsageError("--smallest bounds --size-field and --sensor; give one of them");
     if (options.coarsen > options.levels)
         throw base::UsageError(fmt::format("--coarsen {} needs --levels {} or more",
                                            options.coarsen, options.coarsen));
@@ -137,7 +174,7 @@ int make_grid(const GridOptions& options) {
                     : options.form == "fortran" ? grid::Plot3dOptions::Form::Fortran
                                                 : grid::Plot3dOptions::Form::Binary,
                     options.endian == "big"};
-    Run run(options.common, {{options.cage, options.rules, options.size_field},
+    Run run(options.common, {{options.cage, options.rules, options.size_field, options.sensor},
                              {{"--output", options.output, OutputKind::Grid},
                               {"--picture", options.view.picture, OutputKind::Picture}}});
     check_options(options);
@@ -161,8 +198,8 @@ int make_grid(const GridOptions& options) {
     grid::Plan plan = about_input(options.cage, [&] {
         return grid::coarsened(grid::make_plan(layout, wanted), options.coarsen);
     });
-    if (!options.size_field.empty())
-        plan = grid::refined(plan, read_size_field(options, cage_unit));
+    if (const auto criteria = read_criteria(options, cage_unit, diagonal))
+        plan = adapt::refined(plan, *criteria);
     run.end_stage("plan");
 
     grid::GridQuality quality;
@@ -222,6 +259,13 @@ void add_spacing_options(CLI::App& command, GridOptions& options) {
     command.add_option("--cluster", options.clusters,
                        "FAMILY:FAMILY=LENGTH: first cell of lines that end where blocks of these "
                        "families meet; an empty name is any");
+    command.add_option("--rules", options.rules,
+                       "JSON file with rules for single block edges: [{\"at\": [x, y, z], "
+                       "\"cells\": 40, \"spacing\": \"tanh\", \"near\": \"0.1mm\", \"far\": "
+                       "\"2mm\"}]; the edge nearest to the point and all that lines connect to it");
+}
+
+void add_refinement_options(CLI::App& command, GridOptions& options) {
     command.add_option("--size-field", options.size_field,
                        "X,Y,Z,SIZE a line, or a VTK file with sizes at its points or cells, in the "
                        "cage's unit: cells are halved along whole lines until they are no longer "
@@ -229,10 +273,22 @@ void add_spacing_options(CLI::App& command, GridOptions& options) {
     command.add_option("--size-array", options.size_array,
                        "which array of the .vtu file holds the sizes; else the one named size, or "
                        "the only one with one number a point or cell");
-    command.add_option("--rules", options.rules,
-                       "JSON file with rules for single block edges: [{\"at\": [x, y, z], "
-                       "\"cells\": 40, \"spacing\": \"tanh\", \"near\": \"0.1mm\", \"far\": "
-                       "\"2mm\"}]; the edge nearest to the point and all that lines connect to it");
+    command.add_option("--sensor", options.sensor,
+                       "X,Y,Z,VALUE a line, or a VTK file, of a solution on the surface, pressure "
+                       "for instance: cells are halved along whole lines until the value changes "
+                       "by no more than --sensor-jump along each");
+    command.add_option("--sensor-array", options.sensor_array,
+                       "which array of the .vtu file is the sensor, if it has several");
+    command
+        .add_option("--sensor-jump", options.sensor_jump,
+                    "most change along a cell, as a share of the sensor's range")
+        ->check(number_in(1e-6, 1.0))
+        ->capture_default_str();
+    command
+        .add_option("--smallest", options.smallest,
+                    "no cells smaller than this come of --size-field and --sensor; with --sensor "
+                    "1e-3rel unless given")
+        ->check(is_length());
 }
 
 void add_layer_options(CLI::App& command, GridOptions& options) {
@@ -269,6 +325,7 @@ void register_grid(CLI::App& app, int& exit_code) {
         ->capture_default_str();
     add_block_options(*command, *options);
     add_spacing_options(*command, *options);
+    add_refinement_options(*command, *options);
     command
         ->add_option("--plot3d", options->form, "Plot3D files: binary, fortran (records) or ascii")
         ->check(CLI::IsMember({"binary", "fortran", "ascii"}).description(""))
