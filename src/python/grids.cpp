@@ -4,7 +4,7 @@
 #include "call.h"
 #include "options.h"
 
-#include <patchwright/adapt/refinement.h>
+#include <patchwright/adapt/write.h>
 #include <patchwright/grid/layers.h>
 #include <patchwright/grid/rules.h>
 #include <patchwright/grid/write.h>
@@ -122,6 +122,7 @@ std::optional<adapt::Criteria> criteria(const Options& options, double diagonal)
 struct Grid {
     grid::Plan plan;
     std::unique_ptr<grid::BlockSource> points;
+    std::optional<adapt::LocalGrid> local;  ///< where single cells are divided; without `points`
 };
 
 struct GridOptions {
@@ -133,6 +134,8 @@ struct GridOptions {
     int coarsen = 0;
     std::optional<adapt::Criteria> refinement;
     std::optional<grid::LayerOptions> layers;
+    bool is_local = false;
+    base::Progress progress;
 };
 
 std::unique_ptr<Grid> make_grid(const mesh::Cage& cage, GridOptions wanted) {
@@ -148,6 +151,11 @@ std::unique_ptr<Grid> make_grid(const mesh::Cage& cage, GridOptions wanted) {
     }
     auto made = std::make_unique<Grid>();
     made->plan = grid::coarsened(grid::make_plan(layout, wanted.plan), wanted.coarsen);
+    if (wanted.is_local) {
+        made->local =
+            adapt::refined_locally(made->plan, *wanted.refinement, {.progress = wanted.progress});
+        return made;
+    }
     if (wanted.refinement) made->plan = adapt::refined(made->plan, *wanted.refinement);
     if (wanted.layers)
         made->points = std::make_unique<grid::LayerGrid>(made->plan, *wanted.layers);
@@ -192,7 +200,15 @@ Planned plan_grid(const mesh::Cage& cage, const Options& options, Call& call) {
         .rules = options.text("rules").value_or(""),
         .diagonal_mm = diagonal,
         .refinement = criteria(options, diagonal),
-        .layers = layer_options(options, diagonal)};
+        .layers = layer_options(options, diagonal),
+        .is_local = options.text("hanging_nodes").has_value(),
+        .progress = call.progress()};
+    if (wanted.is_local && !wanted.refinement)
+        throw base::UsageError(
+            "hanging_nodes divides cells where size_field or sensor ask for it; give one");
+    if (wanted.is_local && wanted.layers)
+        throw base::UsageError(
+            "hanging_nodes and layers do not go together: layers grow on whole lines");
     wanted.coarsen = options.integer("coarsen", 0, wanted.plan.levels).value_or(0);
     if (wanted.layers) wanted.layers->progress = call.progress();
     const bool is_volume = wanted.layers.has_value();
@@ -261,7 +277,14 @@ grid::Plot3dOptions plot3d_options(const Options& options) {
 py::tuple write_grid(const PyCage& given, const std::filesystem::path& output,
                      const py::dict& named, py::object progress) {
     const Options options(named);
-    grid::grid_format(output);
+    const bool is_local = options.text("hanging_nodes").has_value();
+    const auto cells = options.choice<adapt::LocalCells>(
+        "hanging_nodes",
+        {{"polygons", adapt::LocalCells::Polygons}, {"quads", adapt::LocalCells::Quads}});
+    if (is_local)
+        adapt::local_format(output);
+    else
+        grid::grid_format(output);
     base::OutputTarget{output};
     grid::GridWriteOptions writing{
         .unit = base::parse_length_unit(options.text("unit").value_or("mm")),
@@ -270,12 +293,22 @@ py::tuple write_grid(const PyCage& given, const std::filesystem::path& output,
     Call call(std::move(progress));
     writing.progress = call.progress();
     const Planned planned = plan_grid(cage, options, call);
-    const grid::GridQuality quality =
-        call.run("cage", [&] { return grid::write_grid(*planned.grid->points, output, writing); });
+    report::GridFigures figures{output.string(), {}};
+    figures.quality = call.run("cage", [&] {
+        if (!is_local) return grid::write_grid(*planned.grid->points, output, writing);
+        base::OutputSet outputs;
+        grid::GridQuality quality =
+            adapt::write_local_grid(*planned.grid->local, output, outputs, {writing.unit, cells});
+        outputs.commit();
+        return quality;
+    });
+    const grid::GridQuality& quality = figures.quality;
+    if (is_local)
+        figures.local = {planned.grid->local->deepest(), planned.grid->local->hanging_nodes()};
     report::RunReport report{.unit = writing.unit,
                              .options = options.listed("grid"),
                              .cage = mesh::summarise(*cage.topology),
-                             .grid = report::GridFigures{output.string(), quality}};
+                             .grid = figures};
     report.verdict = measure::assess(
         {.bad_grid_cells = measure::Failures{int(quality.folded + quality.negative), {}},
          .is_grid = true});

@@ -20,11 +20,11 @@ ARROWS = {  # room: the rooms that it may include; what those may include, it ma
     "patch": ["subd"],
     "grid": ["patch"],
     "adapt": ["grid"],
-    "report": ["fit", "patch", "grid"],
+    "report": ["fit", "patch", "adapt"],
     "occ": ["fit", "patch"],
     "cage": ["fit"],
     "convert": ["report", "cage", "occ"],
-    "python": ["convert", "adapt"],
+    "python": ["convert"],
 }
 TEST_ARROWS = {  # room: rooms that its tests may include besides, for the reason given
     "cage": ["occ", "patch"],  # models as users have them: read from files or assembled from patches

@@ -104,14 +104,21 @@ class AsTheCommandLine(ModuleTest):
             with self.assertRaisesRegex(pw.PatchwrightError, part):
                 pw.grid_blocks(cage, **wrong)
 
-    def test_grid_by_a_sensor(self):
-        cage = WING / "wing_cage.obj"
+    def test_grid_by_a_sensor_and_with_hanging_nodes(self):
+        cage, a, b = WING / "wing_cage.obj", self.folder / "a.vtu", self.folder / "b.vtu"
         at = np.concatenate([block.reshape(-1, 3) for block in pw.grid_blocks(cage, points=17).values()])
         field = np.column_stack([at, np.tanh(at[:, 0] / 100 - 1)])
         np.savetxt(self.folder / "field.csv", field, delimiter=",", fmt="%.17g")
         report = self.report("grid", cage, "-o", self.folder / "a.xyz", "--sensor", self.folder / "field.csv", "--sensor-jump", 0.1)
         self.check_same(pw.grid(cage, self.folder / "b.xyz", sensor=field, sensor_jump=0.1), report)
         self.assertEqual((self.folder / "a.xyz").read_bytes(), (self.folder / "b.xyz").read_bytes())
+        for form in ("polygons", "quads"):
+            report = self.report("grid", cage, "-o", a, "--sensor", self.folder / "field.csv", "--smallest", "4mm", "--hanging-nodes", form)
+            self.check_same(pw.grid(cage, b, sensor=field, smallest=4, hanging_nodes=form), report)
+            self.assertEqual(a.read_bytes(), b.read_bytes())
+        for wrong, part in (({}, "size_field or sensor"), ({"sensor": field, "layers": 2, "thickness": 1}, "layers"), ({"sensor": field, "hanging_nodes": "x"}, "polygons")):
+            with self.assertRaisesRegex(pw.PatchwrightError, part):
+                pw.grid(cage, b, **{"hanging_nodes": "quads", **wrong})
 
     def test_morph(self):
         """Affine motions exactly; cages and forces as the command line's, and their work."""

@@ -1,5 +1,6 @@
 #include "files.h"
 
+#include <patchwright/adapt/write.h>
 #include <patchwright/base/error.h>
 #include <patchwright/base/output_set.h>
 #include <patchwright/grid/write.h>
@@ -40,6 +41,7 @@ void check_kind(const OutputFile& output, const base::OutputTarget& target) {
             break;
         case OutputKind::Cage: check_extension(output, {".obj"}); break;
         case OutputKind::Grid: grid::grid_format(output.file); break;
+        case OutputKind::LocalGrid: adapt::local_format(output.file); break;
         case OutputKind::Field: check_extension(output, {".vtp", ".glb"}); break;
         case OutputKind::Picture: check_extension(output, {".png"}); break;
         case OutputKind::Table: check_extension(output, {".csv"}); break;

@@ -7,7 +7,7 @@
 
 namespace patchwright::cli {
 
-enum class OutputKind { Cad, Cage, Grid, Field, Picture, Table, Matrix, Json, Html };
+enum class OutputKind { Cad, Cage, Grid, LocalGrid, Field, Picture, Table, Matrix, Json, Html };
 
 struct OutputFile {
     std::string option;  ///< as messages name it

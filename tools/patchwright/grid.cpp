@@ -3,7 +3,7 @@
 #include "point_values.h"
 #include "view.h"
 
-#include <patchwright/adapt/refinement.h>
+#include <patchwright/adapt/write.h>
 #include <patchwright/base/error.h>
 #include <patchwright/grid/layers.h>
 #include <patchwright/grid/rules.h>
@@ -37,7 +37,7 @@ struct GridOptions {
     bool curvature = false;
     std::string first_cell;
     std::vector<std::string> clusters;
-    std::string rules, size_field, size_array, sensor, sensor_array, smallest;
+    std::string rules, size_field, size_array, sensor, sensor_array, smallest, hanging_nodes;
     double sensor_jump = adapt::Criteria{}.sensor_jump;
     std::string form = "binary", endian = "little";
     int layers = 0;
@@ -135,6 +135,12 @@ void check_options(const GridOptions& options) {
         throw base::UsageError("--sensor-array names an array of --sensor FILE.vtu; give both");
     if (!options.smallest.empty() && !refines(options))
         throw base::UsageError("--smallest bounds --size-field and --sensor; give one of them");
+    if (!options.hanging_nodes.empty() && !refines(options))
+        throw base::UsageError(
+            "--hanging-nodes divides cells where --size-field or --sensor ask for it; give one");
+    if (!options.hanging_nodes.empty() && options.layers > 0)
+        throw base::UsageError(
+            "--hanging-nodes and --layers do not go together: layers grow on whole lines");
     if (options.coarsen > options.levels)
         throw base::UsageError(fmt::format("--coarsen {} needs --levels {} or more",
                                            options.coarsen, options.coarsen));
@@ -156,27 +162,64 @@ grid::LayerOptions layer_options(const GridOptions& options, double diagonal) {
 /// smaller than pixels.
 constexpr std::int64_t most_points_in_report = 1'000'000;
 
-void draw(Run& run, const ViewArguments& options, const grid::SurfaceGrid& grid) {
-    std::int64_t points = 0;
-    for (int b = 0; b < grid.block_count(); ++b)
-        points += std::int64_t(grid.size(b)[0]) * grid.size(b)[1];
+/// @param grid  with points on the surface
+template <class Grid>
+void draw(Run& run, const ViewArguments& options, const Grid& grid, std::int64_t points,
+          const char* caption) {
     if (!shows_anything(run, options) ||
         (options.picture.empty() && points > most_points_in_report))
         return;
-    add_drawing(run, options, report::draw_grid(grid),
-                "The surface grid: blocks in colours, their sides red");
+    add_drawing(run, options, report::draw_grid(grid), caption);
+}
+
+/// A grid of blocks: file, figures and picture.
+report::GridFigures write_blocks(Run& run, const GridOptions& options, const grid::Plan& plan,
+                                 double diagonal, const grid::GridWriteOptions& write) {
+    report::GridFigures figures{options.output, {}};
+    const grid::SurfaceGrid surface(plan);
+    if (options.layers > 0) {
+        grid::LayerOptions layers = layer_options(options, diagonal);
+        layers.progress = run.progress();
+        const grid::LayerGrid volume(plan, layers);
+        run.end_stage("layers");
+        figures.quality = grid::write_grid(volume, options.output, run.outputs, write);
+    } else {
+        figures.quality = grid::write_grid(surface, options.output, run.outputs, write);
+    }
+    run.end_stage("write");
+    draw(run, options.view, surface, plan.point_count(),
+         "The surface grid: blocks in colours, their sides red");
+    return figures;
+}
+
+/// The same of a grid that is refined cell by cell.
+report::GridFigures write_cells(Run& run, const GridOptions& options, const grid::Plan& plan,
+                                const adapt::Criteria& criteria, base::LengthUnit unit) {
+    const adapt::LocalGrid grid =
+        adapt::refined_locally(plan, criteria, {.progress = run.progress()});
+    run.end_stage("refine");
+    const auto cells =
+        options.hanging_nodes == "quads" ? adapt::LocalCells::Quads : adapt::LocalCells::Polygons;
+    report::GridFigures figures{
+        options.output, adapt::write_local_grid(grid, options.output, run.outputs, {unit, cells}),
+        report::GridFigures::Local{grid.deepest(), grid.hanging_nodes()}};
+    run.end_stage("write");
+    draw(run, options.view, grid, grid.points.rows(), "The surface grid: blocks in colours");
+    return figures;
 }
 
 int make_grid(const GridOptions& options) {
     const auto cage_unit = base::parse_length_unit(options.cage_unit);
+    const bool is_local = !options.hanging_nodes.empty();
     grid::GridWriteOptions write{.unit = base::parse_length_unit(options.unit)};
     write.plot3d = {options.form == "ascii"     ? grid::Plot3dOptions::Form::Ascii
                     : options.form == "fortran" ? grid::Plot3dOptions::Form::Fortran
                                                 : grid::Plot3dOptions::Form::Binary,
                     options.endian == "big"};
-    Run run(options.common, {{options.cage, options.rules, options.size_field, options.sensor},
-                             {{"--output", options.output, OutputKind::Grid},
-                              {"--picture", options.view.picture, OutputKind::Picture}}});
+    Run run(options.common,
+            {{options.cage, options.rules, options.size_field, options.sensor},
+             {{"--output", options.output, is_local ? OutputKind::LocalGrid : OutputKind::Grid},
+              {"--picture", options.view.picture, OutputKind::Picture}}});
     check_options(options);
     run.report.unit = write.unit;
     write.progress = run.progress();
@@ -198,26 +241,16 @@ int make_grid(const GridOptions& options) {
     grid::Plan plan = about_input(options.cage, [&] {
         return grid::coarsened(grid::make_plan(layout, wanted), options.coarsen);
     });
-    if (const auto criteria = read_criteria(options, cage_unit, diagonal))
-        plan = adapt::refined(plan, *criteria);
+    const auto criteria = read_criteria(options, cage_unit, diagonal);
+    if (criteria && !is_local) plan = adapt::refined(plan, *criteria);
     run.end_stage("plan");
 
-    grid::GridQuality quality;
-    if (options.layers > 0) {
-        grid::LayerOptions layers = layer_options(options, diagonal);
-        layers.progress = run.progress();
-        const grid::LayerGrid volume(plan, layers);
-        run.end_stage("layers");
-        quality = grid::write_grid(volume, options.output, run.outputs, write);
-    } else {
-        quality = grid::write_grid(grid::SurfaceGrid(plan), options.output, run.outputs, write);
-    }
-    run.report.grid = report::GridFigures{options.output, quality};
+    run.report.grid = is_local ? write_cells(run, options, plan, *criteria, write.unit)
+                               : write_blocks(run, options, plan, diagonal, write);
+    const grid::GridQuality& quality = run.report.grid->quality;
     run.report.verdict = measure::assess(
         {.bad_grid_cells = measure::Failures{int(quality.folded + quality.negative), {}},
          .is_grid = true});
-    run.end_stage("write");
-    draw(run, options.view, grid::SurfaceGrid(plan));
     return run.finish();
 }
 
@@ -289,6 +322,12 @@ void add_refinement_options(CLI::App& command, GridOptions& options) {
                     "no cells smaller than this come of --size-field and --sensor; with --sensor "
                     "1e-3rel unless given")
         ->check(is_length());
+    command
+        .add_option("--hanging-nodes", options.hanging_nodes,
+                    "divide single cells 2 x 2 instead of whole lines, and write an unstructured "
+                    "grid (.cgns, .vtu): hanging nodes are corners of the cells that they lie on "
+                    "(polygons), or cells have four corners (quads)")
+        ->check(CLI::IsMember({"polygons", "quads"}).description(""));
 }
 
 void add_layer_options(CLI::App& command, GridOptions& options) {
@@ -315,7 +354,8 @@ void register_grid(CLI::App& app, int& exit_code) {
         ->required();
     command
         ->add_option("-o,--output", options->output,
-                     "grid to write: .cgns, .xyz or .p3d (Plot3D), .vtm (VTK)")
+                     "grid to write: .cgns, .xyz or .p3d (Plot3D), .vtm (VTK); .cgns or .vtu with "
+                     "--hanging-nodes")
         ->required();
     command->add_option("--cage-unit", options->cage_unit, "unit of the cage's numbers")
         ->check(is_unit())

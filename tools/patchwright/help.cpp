@@ -92,6 +92,7 @@ const std::map<std::string, Described> descriptions{
     {"--sensor-array", {"Refinement", "NAME"}},
     {"--sensor-jump", {"Refinement", "SHARE"}},
     {"--smallest", {"Refinement", "LENGTH"}},
+    {"--hanging-nodes", {"Refinement", "polygons|quads"}},
     {"--rules", {"Blocks and spacing", "FILE.json"}},
     {"--layers", {"Layers", "N"}},
     {"--layer-height", {"Layers", "LENGTH"}},

@@ -58,6 +58,8 @@ def _options(**given: Any) -> dict[str, Any]:
             checked[name] = None if value is None else _rules(value)
         elif name in ("size_field", "sensor"):
             checked[name] = None if value is None else _checks.floats(value, name, 4)
+        elif name == "hanging_nodes":
+            checked[name] = None if value is None else _checks.text(value, name)
         else:
             checked[name] = _checks.texts(value, name) if name == "clusters" else _checks.text(value, name)
     return checked
@@ -179,11 +181,12 @@ def grid(cage: Cage | str | os.PathLike[str], output: str | os.PathLike[str], *,
          join: bool = False, size: Length | None = None, points: int = 17, levels: int = 0, coarsen: int = 0,
          spacing: str = "uniform", curvature: bool = False, first_cell: Length | None = None,
          clusters: Sequence[str] = (), rules: Rules | None = None, size_field: npt.ArrayLike | None = None,
-         sensor: npt.ArrayLike | None = None, sensor_jump: float = 0.05, smallest: Length | None = None, layers: int = 0,
-         layer_height: Length | None = None, thickness: Length | None = None, growth: float = 1.2, unit: str = "mm", form: str = "binary",
+         sensor: npt.ArrayLike | None = None, sensor_jump: float = 0.05, smallest: Length | None = None, hanging_nodes: str | None = None,
+         layers: int = 0, layer_height: Length | None = None, thickness: Length | None = None, growth: float = 1.2, unit: str = "mm", form: str = "binary",
          endian: str = "little", progress: Progress = None, cancel: Event | None = None) -> Grid:
     """Writes a block-structured grid on the limit surface, or with layers off it: .cgns, .xyz, .p3d or .vtm.
 
+    With hanging_nodes ("polygons" or "quads"), where single cells are divided instead of whole lines: .cgns or .vtu.
     Options are those of `patchwright grid --help`; clusters are a sequence of those texts.
     rules: for single block edges, such as [{"at": [0, 0, 0], "cells": 40, "near": "0.1mm"}], or the file that holds them.
     size_field: rows of x, y, z and a size, mm: cells are halved until none is longer than the size at the nearest point.
@@ -196,7 +199,7 @@ def grid(cage: Cage | str | os.PathLike[str], output: str | os.PathLike[str], *,
                              coarsen=coarsen, spacing=spacing, curvature=curvature,
                              first_cell=first_cell, clusters=clusters, rules=rules,
                              size_field=size_field, sensor=sensor, sensor_jump=sensor_jump, smallest=smallest,
-                             layers=layers,
+                             hanging_nodes=hanging_nodes, layers=layers,
                              layer_height=layer_height, thickness=thickness, growth=growth, unit=unit,
                              form=form, endian=endian)
     report, text = _core.grid(_cage_of(cage), os.fspath(path), options, _checks.callback(progress, cancel))
