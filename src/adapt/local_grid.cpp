@@ -17,9 +17,12 @@ constexpr double local_point_bytes = 2 * sizeof(QuadForest::Edge) +
                                      4.0 / 3.0 * sizeof(QuadForest::Quad) + sizeof(LocalCell) +
                                      sizeof(ForestPlace) + 12 * sizeof(double);
 
+/// Points and sides between looks at whether to stop.
+constexpr std::size_t most_at_once = 1 << 16;
+
 class Refiner {
   public:
-    Refiner(const grid::Plan& plan, const Criteria& criteria, const LocalOptions& options)
+    Refiner(const grid::Plan& plan, const Criteria& criteria, const grid::RefineOptions& options)
         : plan_(plan),
           limit_(plan.layout.cage.topology),
           error_(refinement_error(criteria)),
@@ -34,7 +37,7 @@ class Refiner {
 
     LocalGrid run() {
         std::size_t first = 0;  // of the quads that are new
-        for (; level_ < options_.max_levels; ++level_) {
+        for (; level_ < options_.max_rounds; ++level_) {
             const std::vector<std::int32_t> wanted = too_large(first);
             if (wanted.empty()) break;
             first = forest_.quads().size();
@@ -80,7 +83,6 @@ class Refiner {
 
     /// @param begin  of the places to begin with
     geom::Points evaluated(const std::vector<ForestPlace>& places, std::size_t begin = 0) const {
-        constexpr std::size_t most_at_once = 1 << 16;  // between looks at whether to stop
         geom::Points points(Eigen::Index(places.size() - begin), 3);
         std::vector<std::int32_t> faces;
         std::vector<double> uv;
@@ -103,7 +105,7 @@ class Refiner {
 
     void report() const {
         base::report_progress(options_.progress, "grid",
-                              double(level_) / double(options_.max_levels));
+                              double(level_) / double(options_.max_rounds));
     }
 
     /// Of points that have none.
@@ -130,14 +132,19 @@ class Refiner {
         }
         const geom::Points points = evaluated(middles);
         constexpr std::size_t sides_a_task = 256;
-        base::parallel_for(sides.size(), sides_a_task, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t s = begin; s < end; ++s) {
-                const QuadForest::Edge& edge = forest_.edges()[std::size_t(sides[s])];
-                if (error_(position(edge.a), position(edge.b),
-                           points.row(Eigen::Index(s)).transpose()) > 1.0)
-                    known_[std::size_t(sides[s])] = TooLong;
-            }
-        });
+        for (std::size_t begin = 0; begin < sides.size(); begin += most_at_once) {
+            report();
+            base::parallel_for(std::min(most_at_once, sides.size() - begin), sides_a_task,
+                               [&](std::size_t from, std::size_t to) {
+                                   for (std::size_t s = begin + from; s < begin + to; ++s) {
+                                       const QuadForest::Edge& edge =
+                                           forest_.edges()[std::size_t(sides[s])];
+                                       if (error_(position(edge.a), position(edge.b),
+                                                  points.row(Eigen::Index(s)).transpose()) > 1.0)
+                                           known_[std::size_t(sides[s])] = TooLong;
+                                   }
+                               });
+        }
         std::vector<std::int32_t> result;
         for (std::size_t q = first; q < forest_.quads().size(); ++q) {
             const auto& edges = forest_.quads()[q].edges;
@@ -200,7 +207,7 @@ class Refiner {
     const grid::Plan& plan_;
     subd::LimitEvaluator limit_;
     grid::LineError error_;
-    LocalOptions options_;
+    grid::RefineOptions options_;
     QuadForest forest_;
     std::int32_t roots_ = 0;
     int level_ = 0;
@@ -225,7 +232,7 @@ std::int64_t LocalGrid::hanging_nodes() const {
 }
 
 LocalGrid refined_locally(const grid::Plan& plan, const Criteria& criteria,
-                          const LocalOptions& options) {
+                          const grid::RefineOptions& options) {
     return Refiner(plan, criteria, options).run();
 }
 

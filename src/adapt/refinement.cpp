@@ -66,10 +66,11 @@ grid::LineError refinement_error(const Criteria& criteria) {
     };
 }
 
-grid::Plan refined(const grid::Plan& plan, const Criteria& criteria, int max_rounds) {
+grid::Plan refined(const grid::Plan& plan, const Criteria& criteria,
+                   const grid::RefineOptions& options) {
     const grid::LineError error = refinement_error(criteria);
     if (criteria.sizes) require_memory(plan, criteria);
-    return grid::refined(plan, error, 1.0, max_rounds);
+    return grid::refined(plan, error, 1.0, options);
 }
 
 }  // namespace patchwright::adapt

@@ -2,13 +2,15 @@
 
 #include <patchwright/adapt/sensor.h>
 #include <patchwright/base/error.h>
-#include <patchwright/base/parallel.h>
 
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 
 namespace patchwright::adapt {
 
@@ -56,7 +58,7 @@ std::vector<Neighbour> neighbours(const geom::Bvh& tree, const geom::Points& poi
 /// What a point knows of the quantity around it.
 struct Slope {
     geom::Vec3 gradient = geom::Vec3::Zero();
-    double low, high;  ///< of the point and its neighbours
+    double low = 0.0, high = 0.0;  ///< of the point and its neighbours
 };
 
 Slope slope_at(const geom::Bvh& tree, const geom::Points& points, const std::vector<double>& values,
@@ -101,8 +103,24 @@ struct Sensor::State {
     geom::Points at;
     std::vector<double> values;
     geom::Bvh tree;
-    std::vector<Slope> slopes;
     double range = 0.0;
+
+    /// Of points that have been asked for. Grids ask for few of a large solution's.
+    enum class Known : std::uint8_t { No, BeingWritten, Yes };
+    mutable std::vector<Slope> slopes;
+    mutable std::vector<std::atomic<Known>> known;
+
+    [[nodiscard]] Slope slope(int i) const {
+        const auto n = std::size_t(i);
+        if (known[n].load(std::memory_order_acquire) == Known::Yes) return slopes[n];
+        const Slope made = slope_at(tree, at, values, i);
+        Known none = Known::No;
+        if (known[n].compare_exchange_strong(none, Known::BeingWritten)) {
+            slopes[n] = made;
+            known[n].store(Known::Yes, std::memory_order_release);
+        }
+        return made;
+    }
 };
 
 Sensor::Sensor(geom::Points at, std::vector<double> values) {
@@ -113,21 +131,18 @@ Sensor::Sensor(geom::Points at, std::vector<double> values) {
         if (!std::isfinite(values[i]))
             throw base::InvalidArgument(
                 fmt::format("value {} is {}; it must be finite", i + 1, values[i]));
-    geom::Bvh tree = tree_of_points(at);
-    std::vector<Slope> slopes(values.size());
-    constexpr std::size_t points_a_task = 256;
-    base::parallel_for(values.size(), points_a_task, [&](std::size_t first, std::size_t last) {
-        for (std::size_t i = first; i < last; ++i) slopes[i] = slope_at(tree, at, values, int(i));
-    });
     const auto [low, high] = std::minmax_element(values.begin(), values.end());
     const double range = *high - *low;
-    state_ = std::make_shared<State>(
-        State{std::move(at), std::move(values), std::move(tree), std::move(slopes), range});
+    const std::size_t count = values.size();
+    geom::Bvh tree = tree_of_points(at);
+    state_ = std::make_shared<State>(State{std::move(at), std::move(values), std::move(tree), range,
+                                           std::vector<Slope>(count),
+                                           std::vector<std::atomic<State::Known>>(count)});
 }
 
 double Sensor::operator()(const geom::Vec3& p) const {
     const int i = nearest_point(state_->tree, state_->at, p);
-    const Slope& slope = state_->slopes[std::size_t(i)];
+    const Slope slope = state_->slope(i);
     const geom::Vec3 way = p - state_->at.row(i).transpose();
     return std::clamp(state_->values[std::size_t(i)] + slope.gradient.dot(way), slope.low,
                       slope.high);

@@ -156,7 +156,8 @@ std::unique_ptr<Grid> make_grid(const mesh::Cage& cage, GridOptions wanted) {
             adapt::refined_locally(made->plan, *wanted.refinement, {.progress = wanted.progress});
         return made;
     }
-    if (wanted.refinement) made->plan = adapt::refined(made->plan, *wanted.refinement);
+    if (wanted.refinement)
+        made->plan = adapt::refined(made->plan, *wanted.refinement, {.progress = wanted.progress});
     if (wanted.layers)
         made->points = std::make_unique<grid::LayerGrid>(made->plan, *wanted.layers);
     else

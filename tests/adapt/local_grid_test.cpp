@@ -191,7 +191,7 @@ TEST_CASE("one size everywhere divides every cell equally often", "[adapt][oracl
     double before = 0.0;
     for (const int level : {0, 1, 2, 3}) {
         const LocalGrid fine = adapt::refined_locally(
-            plan, {.sizes = adapt::SizeField(one, {0.1 * shortest})}, {.max_levels = level});
+            plan, {.sizes = adapt::SizeField(one, {0.1 * shortest})}, {.max_rounds = level});
         CHECK(fine.hanging_nodes() == 0);
         CHECK(std::int64_t(fine.cells.size()) == plan.cell_count() << (2 * level));
         // V - E + F = 2 with 4 F = 2 E.

@@ -49,6 +49,9 @@ TEST_CASE("cells are no longer than a field of sizes asks for, and not much shor
     const double smallest = 0.05 * box.diagonal();
     const Plan bounded = adapt::refined(coarse, {.sizes = sizes, .smallest_mm = smallest});
     CHECK(bounded.cell_count() < fine.cell_count());
+    CHECK_THROWS_AS(adapt::refined(coarse, {.sizes = sizes},
+                                   {.progress = [](std::string_view, double) { return false; }}),
+                    base::Cancelled);
     CHECK_THROWS_AS(adapt::refined(coarse, {}), base::InvalidArgument);
     CHECK_THROWS_AS(adapt::refined(coarse, {.sizes = sizes, .smallest_mm = -1.0}),
                     base::InvalidArgument);

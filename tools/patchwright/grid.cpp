@@ -242,7 +242,7 @@ int make_grid(const GridOptions& options) {
         return grid::coarsened(grid::make_plan(layout, wanted), options.coarsen);
     });
     const auto criteria = read_criteria(options, cage_unit, diagonal);
-    if (criteria && !is_local) plan = adapt::refined(plan, *criteria);
+    if (criteria && !is_local) plan = adapt::refined(plan, *criteria, {.progress = run.progress()});
     run.end_stage("plan");
 
     run.report.grid = is_local ? write_cells(run, options, plan, *criteria, write.unit)

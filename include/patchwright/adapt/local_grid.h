@@ -2,7 +2,6 @@
 #pragma once
 
 #include <patchwright/adapt/refinement.h>
-#include <patchwright/base/progress.h>
 #include <patchwright/grid/evaluate.h>
 
 #include <array>
@@ -34,18 +33,13 @@ struct LocalGrid {
     [[nodiscard]] std::int64_t hanging_nodes() const;
 };
 
-struct LocalOptions {
-    int max_levels = 20;
-    base::Progress progress;
-};
-
-/// Divides cells 2 x 2 where one of their sides is too long, and others beside these until no side
-/// has more than one hanging node (2:1), across blocks too. New points lie in the middle between
-/// their neighbours by parameters of the limit surface, each evaluated once.
+/// Round by round, divides cells 2 x 2 where one of their sides is too long, and others beside
+/// these until no side has more than one hanging node (2:1), across blocks too. New points lie in
+/// the middle between their neighbours by parameters of the limit surface, each evaluated once.
 /// Source: Burstedde, Wilcox and Ghattas, p4est (2011), forests of quadtrees with balanced faces.
 /// @throw UsageError when the grid would not fit into memory, Cancelled
 LocalGrid refined_locally(const grid::Plan& plan, const Criteria& criteria,
-                          const LocalOptions& options = {});
+                          const grid::RefineOptions& options = {});
 
 }  // namespace patchwright::adapt
 #pragma GCC visibility pop

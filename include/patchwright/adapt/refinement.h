@@ -29,8 +29,9 @@ grid::LineError refinement_error(const Criteria& criteria);
 
 /// Halves cells along whole lines until no cell's side is too long, or for so many rounds; spacing
 /// laws are kept in between.
-/// @throw UsageError when the grid would not fit into memory
-grid::Plan refined(const grid::Plan& plan, const Criteria& criteria, int max_rounds = 20);
+/// @throw UsageError when the grid would not fit into memory, Cancelled
+grid::Plan refined(const grid::Plan& plan, const Criteria& criteria,
+                   const grid::RefineOptions& options = {});
 
 }  // namespace patchwright::adapt
 #pragma GCC visibility pop
