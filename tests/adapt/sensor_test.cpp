@@ -80,7 +80,8 @@ TEST_CASE("a quantity's reconstruction has second order on a sphere", "[adapt][o
     CHECK(errors[1] / errors[2] > 3.0);
 }
 
-TEST_CASE("values stay within those around; what few points do not tell has no slope", "[adapt]") {
+TEST_CASE("values stay within those around, and what few points do not tell has no slope",
+          "[adapt]") {
     geom::Points points(50, 3);
     for (int i = 0; i < 50; ++i) points.row(i) << i, 0.0, 0.0;  // along one line
     const Sensor step = sensor_of(points, [](const Vec3& p) { return p.x() < 24.5 ? 1.0 : 2.0; });

@@ -2,6 +2,8 @@
 
 Usage: refinement_test.py PATCHWRIGHT SAMPLES_DIR [unittest arguments]
 """
+import ctypes
+import ctypes.util
 import re
 import shutil
 import subprocess
@@ -17,6 +19,7 @@ from eval_test import cgns_places, table, vtk_blocks
 from vtu_test import vtu_of, write_vtu
 
 TORUS = SAMPLES / "cages" / "torus.obj"
+DISH = SAMPLES / "cages" / "dish.obj"  # with a border
 WING_CAGE = WING / "wing_cage.obj"
 PYRAMID = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nv 0 0 2\nf 4 3 2 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n"
 
@@ -42,6 +45,48 @@ def feature_edges(grid, **wanted):
 
 def points_of(grid):
     return vtk_to_numpy(grid.GetPoints().GetData())
+
+
+def corners_of(grid):
+    cells = []
+    for c in range(grid.GetNumberOfCells()):
+        ids = grid.GetCell(c).GetPointIds()
+        cells.append([ids.GetId(k) for k in range(ids.GetNumberOfIds())])
+    return cells
+
+
+def read_cgns(file):
+    """Points, corners of cells and free sides of the only zone, as the CGNS library reads them."""
+    library = ctypes.CDLL(ctypes.util.find_library("cgns"))
+
+    def call(name, *arguments):
+        pass_on = [a if isinstance(a, (int, bytes, ctypes.Array, type(None))) else ctypes.byref(a) for a in arguments]
+        assert getattr(library, name)(*pass_on) == 0, name
+    handle, count, kind, first, last, size, ignored = (ctypes.c_int() for _ in range(7))
+    name, sizes = ctypes.create_string_buffer(33), (ctypes.c_int * 9)()
+    call("cg_open", str(file).encode(), 0, handle)
+    call("cg_zone_read", handle.value, 1, 1, name, sizes)
+    axes = []
+    for axis in "XYZ":
+        values = (ctypes.c_double * sizes[0])()
+        call("cg_coord_read", handle.value, 1, 1, f"Coordinate{axis}".encode(), 4, ctypes.c_int(1), ctypes.c_int(sizes[0]), values)
+        axes.append(values[:])
+    cells, free = [], []
+    call("cg_nsections", handle.value, 1, 1, count)
+    for section in range(1, count.value + 1):
+        call("cg_section_read", handle.value, 1, 1, section, name, kind, first, last, ignored, ignored)
+        call("cg_ElementDataSize", handle.value, 1, 1, section, size)
+        nodes, ends = (ctypes.c_int * size.value)(), (ctypes.c_int * (last.value - first.value + 2))()
+        bars, quads, polygons = 3, 7, 22
+        if kind.value == polygons:
+            call("cg_poly_elements_read", handle.value, 1, 1, section, nodes, ends, None)
+        else:
+            call("cg_elements_read", handle.value, 1, 1, section, nodes, None)
+            ends = range(0, size.value + 1, {bars: 2, quads: 4}[kind.value])
+        (free if kind.value == bars else cells).extend([node - 1 for node in nodes[a:b]] for a, b in zip(ends, ends[1:]))
+    call("cg_close", handle.value)
+    assert sizes[1] == len(cells)
+    return numpy.column_stack(axes), cells, free
 
 
 def sides_of(grid):
@@ -131,6 +176,7 @@ class HangingNodes(CliTest):
     def cages(self):
         yield self.path("pyramid.obj", PYRAMID)
         yield TORUS
+        yield DISH
         yield WING_CAGE
 
     def surface_points(self, cage, points=9):
@@ -154,8 +200,7 @@ class HangingNodes(CliTest):
                 self.assertEqual(feature_edges(grid, NonManifoldEdges=True), 0)
                 border = feature_edges(grid, BoundaryEdges=True)
                 inner = feature_edges(grid, ManifoldEdges=True)
-                if cage != WING_CAGE:
-                    self.assertEqual(border, 0)
+                self.assertEqual(border > 0, cage == DISH)
                 self.assertEqual(2 * inner + border, corners.sum())
                 # Euler: 2 of a sphere, 0 of a torus, 1 of what has one border.
                 euler = 0 if cage == TORUS else 2 - (border > 0)
@@ -168,8 +213,14 @@ class HangingNodes(CliTest):
                 numpy.savetxt(self.path("places.csv"), numpy.column_stack(places), fmt="%.17g", delimiter=",")
                 self.assertEqual(run("eval", cage, "--at-file", self.path("places.csv"), "-o", self.path("points.csv")).returncode, 0)
                 numpy.testing.assert_allclose(table(self.path("points.csv"))[:, :3], points, rtol=0, atol=1e-12 * abs(points).max())
-                # CGNS holds the same.
-                self.grid(cage, "grid.cgns", "polygons", sizes)
+                # CGNS holds the same, cells family by family as well.
+                for form in ("quads", "polygons"):
+                    self.grid(cage, "grid.cgns", form, sizes)
+                    self.grid(cage, "grid.vtu", form, sizes)
+                    there, cells, free = read_cgns(self.path("grid.cgns"))
+                    numpy.testing.assert_array_equal(there, points)
+                    self.assertTrue(cells == corners_of(read_vtu(self.path("grid.vtu"))))  # no list of all differences
+                    self.assertEqual(len(free), border)
                 zone, = cgns_places(self.path("grid.cgns")).values()
                 for name, values in zip(("Face", "U", "V", "Sector"), places):
                     numpy.testing.assert_array_equal(zone[name], values)
