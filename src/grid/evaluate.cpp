@@ -1,3 +1,4 @@
+#include "grid/cell_point.h"
 #include "grid/limit_face.h"
 
 #include <patchwright/base/error.h>
@@ -72,22 +73,6 @@ std::array<Side, 4> sides_of(const Plan& plan, const Block& block) {
             side_of(plan, block, 3)};
 }
 
-/// A point in one of a block's cells, from its lowest i and j.
-struct CellPoint {
-    std::size_t number;  ///< of Block::cells
-    CornerId cell;
-    double i, j;
-};
-
-/// @param at  in [0, columns] and [0, rows]
-CellPoint cell_point(const Block& block, const Eigen::Vector2d& at) {
-    const int column = std::clamp(int(at.x()), 0, block.columns - 1);
-    const int row = std::clamp(int(at.y()), 0, block.rows - 1);
-    return {std::size_t(column) * std::size_t(block.rows) + std::size_t(row),
-            block.cell(column, row), std::clamp(at.x() - column, 0.0, 1.0),
-            std::clamp(at.y() - row, 0.0, 1.0)};
-}
-
 /// The faces of a block, made as points ask for them.
 class BlockFaces {
   public:
@@ -125,6 +110,16 @@ BlockEvaluator::~BlockEvaluator() = default;
 Eigen::Vector2d BlockEvaluator::parameters(int block, int i, int j) const {
     const Block& b = plan_.layout.blocks.at(std::size_t(block));
     return frame_of(b, sides_of(plan_, b)).at(i, j);
+}
+
+std::vector<Eigen::Vector2d> BlockEvaluator::parameters(int block) const {
+    const Block& b = plan_.layout.blocks.at(std::size_t(block));
+    const Frame frame = frame_of(b, sides_of(plan_, b));
+    std::vector<Eigen::Vector2d> all;
+    all.reserve(frame.low_i.size() * frame.low_j.size());
+    for (int j = 0; j < int(frame.low_j.size()); ++j)
+        for (int i = 0; i < int(frame.low_i.size()); ++i) all.push_back(frame.at(i, j));
+    return all;
 }
 
 BlockPoints BlockEvaluator::evaluate(int block) const {

@@ -53,27 +53,31 @@ std::vector<char> bad_cells(const BlockPoints& points, bool along_i, const LineE
     const auto at = [&](int k, int line) {
         return along_i ? points.at(k, line) : points.at(line, k);
     };
-    for (int line = 0; line < lines; line += 2) {
-        for (int k = 0; k < cells; ++k) {
-            if (bad[std::size_t(k)] != 0) continue;
-            if (error(at(2 * k, line), at(2 * k + 2, line), at(2 * k + 1, line)) > limit) {
-                bad[std::size_t(k)] = 1;
+    constexpr std::size_t cells_a_task = 64;
+    base::parallel_for(bad.size(), cells_a_task, [&](std::size_t first, std::size_t last) {
+        for (int line = 0; line < lines; line += 2) {
+            for (std::size_t n = first; n < last; ++n) {
+                if (bad[n] != 0) continue;
+                const int k = int(n);
+                if (error(at(2 * k, line), at(2 * k + 2, line), at(2 * k + 1, line)) > limit) {
+                    bad[n] = 1;
+                }
             }
         }
-    }
+    });
     return bad;
 }
 
 }  // namespace
 
-Plan refined(const Plan& plan, const LineError& error, double limit, int max_rounds) {
+Plan refined(const Plan& plan, const LineError& error, double limit, const RefineOptions& options) {
     if (!(limit > 0.0)) {
         throw base::InvalidArgument(
             fmt::format("the error's limit is {}; it must be positive", limit));
     }
     const LineClasses classes = line_classes(plan.layout);
     Plan result = plan;
-    for (int round = 0; round < max_rounds; ++round) {
+    for (int round = 0; round < options.max_rounds; ++round) {
         Marks all(result.edges.size());
         Marks by_class(std::size_t(classes.count()));
         for (std::size_t e = 0; e < all.size(); ++e) {
@@ -87,6 +91,7 @@ Plan refined(const Plan& plan, const LineError& error, double limit, int max_rou
         for (std::size_t b = 0; b < result.layout.blocks.size(); ++b) {
             evaluator.evaluate(int(b), points);
             for (const bool along_i : {true, false}) {
+                base::report_progress(options.progress, "grid", double(round) / options.max_rounds);
                 const std::vector<char> bad = bad_cells(points, along_i, error, limit);
                 std::size_t begin = 0;
                 for (const BlockEdgeUse& use : result.layout.blocks[b].sides[along_i ? 0 : 1]) {

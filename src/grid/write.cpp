@@ -33,8 +33,9 @@ GridFormat grid_format(const std::filesystem::path& file) {
     if (extension == ".cgns") return GridFormat::Cgns;
     if (extension == ".xyz" || extension == ".p3d") return GridFormat::Plot3d;
     if (extension == ".vtm") return GridFormat::Vtk;
-    throw base::UsageError(fmt::format("{}: unknown extension '{}'; use .cgns, .xyz, .p3d or .vtm",
-                                       file.string(), extension));
+    throw base::UsageError(
+        fmt::format("{}: unknown extension '{}'; use .cgns, .xyz, .p3d or .vtm{}", file.string(),
+                    extension, extension == ".vtu" ? ", or --hanging-nodes" : ""));
 }
 
 GridQuality write_grid(const BlockSource& grid, const std::filesystem::path& file,

@@ -4,9 +4,9 @@
 #include "call.h"
 #include "options.h"
 
+#include <patchwright/adapt/write.h>
 #include <patchwright/grid/layers.h>
 #include <patchwright/grid/rules.h>
-#include <patchwright/grid/size_field.h>
 #include <patchwright/grid/write.h>
 #include <patchwright/report/run_report.h>
 #include <patchwright/subd/normal_control.h>
@@ -74,29 +74,55 @@ std::optional<grid::LayerOptions> layer_options(const Options& options, double d
                               .thickness_mm = length_or(options, "thickness", diagonal, 0.0)};
 }
 
-/// Rows of x, y, z and a size, in millimetres.
-std::optional<grid::SizeField> size_field(const Options& options) {
-    const std::optional<Doubles> rows = options.doubles("size_field");
+/// Rows of x, y, z and a number, in millimetres.
+struct PointValues {
+    geom::Points at;
+    std::vector<double> values;
+};
+
+std::optional<PointValues> point_values(const Options& options, const char* name,
+                                        const char* number) {
+    const std::optional<Doubles> rows = options.doubles(name);
     if (!rows) return std::nullopt;
     if (rows->ndim() != 2 || rows->shape(1) != 4 || rows->shape(0) == 0)
-        throw base::UsageError("size_field: rows of x, y, z and a size are needed");
+        throw base::UsageError(
+            fmt::format("{}: rows of x, y, z and a {} are needed", name, number));
     if (options.integer("levels", 0, most_grid_levels).value_or(0) > 0)
         throw base::UsageError(
-            "size_field and levels do not go together: halved cells are no multiples");
+            fmt::format("{} and levels do not go together: halved cells are no multiples", name));
     const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>> table(
         rows->data(), rows->shape(0), 4);
-    for (Eigen::Index i = 0; i < table.rows(); ++i)
-        if (!(table(i, 3) > 0.0))
-            throw base::UsageError(
-                fmt::format("size_field: size {} is {}; it must be positive", i, table(i, 3)));
-    return grid::SizeField(table.leftCols<3>(),
-                           std::vector<double>(table.col(3).begin(), table.col(3).end()));
+    return PointValues{table.leftCols<3>(),
+                       std::vector<double>(table.col(3).begin(), table.col(3).end())};
+}
+
+/// What the grid is refined by, if anything.
+std::optional<adapt::Criteria> criteria(const Options& options, double diagonal) {
+    constexpr double smallest_by_sensor_rel = 1e-3, least_jump = 1e-6;
+    auto sizes = point_values(options, "size_field", "size");
+    auto sensor = point_values(options, "sensor", "value");
+    if (!sizes && !sensor) return std::nullopt;
+    adapt::Criteria criteria;
+    if (sizes) {
+        for (std::size_t i = 0; i < sizes->values.size(); ++i)
+            if (!(sizes->values[i] > 0.0))
+                throw base::UsageError(fmt::format("size_field: size {} is {}; it must be positive",
+                                                   i, sizes->values[i]));
+        criteria.sizes.emplace(std::move(sizes->at), std::move(sizes->values));
+    }
+    if (sensor) criteria.sensor.emplace(std::move(sensor->at), std::move(sensor->values));
+    criteria.sensor_jump =
+        options.number("sensor_jump", least_jump, 1.0).value_or(criteria.sensor_jump);
+    criteria.smallest_mm =
+        length_or(options, "smallest", diagonal, sensor ? smallest_by_sensor_rel * diagonal : 0.0);
+    return criteria;
 }
 
 /// A grid's points, with the plan that they belong to.
 struct Grid {
     grid::Plan plan;
     std::unique_ptr<grid::BlockSource> points;
+    std::optional<adapt::LocalGrid> local;  ///< where single cells are divided; without `points`
 };
 
 struct GridOptions {
@@ -106,8 +132,10 @@ struct GridOptions {
     std::string rules;  ///< JSON
     double diagonal_mm = 0.0;
     int coarsen = 0;
-    std::optional<grid::SizeField> sizes;
+    std::optional<adapt::Criteria> refinement;
     std::optional<grid::LayerOptions> layers;
+    bool is_local = false;
+    base::Progress progress;
 };
 
 std::unique_ptr<Grid> make_grid(const mesh::Cage& cage, GridOptions wanted) {
@@ -123,7 +151,13 @@ std::unique_ptr<Grid> make_grid(const mesh::Cage& cage, GridOptions wanted) {
     }
     auto made = std::make_unique<Grid>();
     made->plan = grid::coarsened(grid::make_plan(layout, wanted.plan), wanted.coarsen);
-    if (wanted.sizes) made->plan = grid::refined(made->plan, *wanted.sizes);
+    if (wanted.is_local) {
+        made->local =
+            adapt::refined_locally(made->plan, *wanted.refinement, {.progress = wanted.progress});
+        return made;
+    }
+    if (wanted.refinement)
+        made->plan = adapt::refined(made->plan, *wanted.refinement, {.progress = wanted.progress});
     if (wanted.layers)
         made->points = std::make_unique<grid::LayerGrid>(made->plan, *wanted.layers);
     else
@@ -166,8 +200,16 @@ Planned plan_grid(const mesh::Cage& cage, const Options& options, Call& call) {
         .plan = plan_options(options, diagonal),
         .rules = options.text("rules").value_or(""),
         .diagonal_mm = diagonal,
-        .sizes = size_field(options),
-        .layers = layer_options(options, diagonal)};
+        .refinement = criteria(options, diagonal),
+        .layers = layer_options(options, diagonal),
+        .is_local = options.text("hanging_nodes").has_value(),
+        .progress = call.progress()};
+    if (wanted.is_local && !wanted.refinement)
+        throw base::UsageError(
+            "hanging_nodes divides cells where size_field or sensor ask for it; give one");
+    if (wanted.is_local && wanted.layers)
+        throw base::UsageError(
+            "hanging_nodes and layers do not go together: layers grow on whole lines");
     wanted.coarsen = options.integer("coarsen", 0, wanted.plan.levels).value_or(0);
     if (wanted.layers) wanted.layers->progress = call.progress();
     const bool is_volume = wanted.layers.has_value();
@@ -236,7 +278,14 @@ grid::Plot3dOptions plot3d_options(const Options& options) {
 py::tuple write_grid(const PyCage& given, const std::filesystem::path& output,
                      const py::dict& named, py::object progress) {
     const Options options(named);
-    grid::grid_format(output);
+    const bool is_local = options.text("hanging_nodes").has_value();
+    const auto cells = options.choice<adapt::LocalCells>(
+        "hanging_nodes",
+        {{"polygons", adapt::LocalCells::Polygons}, {"quads", adapt::LocalCells::Quads}});
+    if (is_local)
+        adapt::local_format(output);
+    else
+        grid::grid_format(output);
     base::OutputTarget{output};
     grid::GridWriteOptions writing{
         .unit = base::parse_length_unit(options.text("unit").value_or("mm")),
@@ -245,12 +294,22 @@ py::tuple write_grid(const PyCage& given, const std::filesystem::path& output,
     Call call(std::move(progress));
     writing.progress = call.progress();
     const Planned planned = plan_grid(cage, options, call);
-    const grid::GridQuality quality =
-        call.run("cage", [&] { return grid::write_grid(*planned.grid->points, output, writing); });
+    report::GridFigures figures{output.string(), {}};
+    figures.quality = call.run("cage", [&] {
+        if (!is_local) return grid::write_grid(*planned.grid->points, output, writing);
+        base::OutputSet outputs;
+        grid::GridQuality quality =
+            adapt::write_local_grid(*planned.grid->local, output, outputs, {writing.unit, cells});
+        outputs.commit();
+        return quality;
+    });
+    const grid::GridQuality& quality = figures.quality;
+    if (is_local)
+        figures.local = {planned.grid->local->deepest(), planned.grid->local->hanging_nodes()};
     report::RunReport report{.unit = writing.unit,
                              .options = options.listed("grid"),
                              .cage = mesh::summarise(*cage.topology),
-                             .grid = report::GridFigures{output.string(), quality}};
+                             .grid = figures};
     report.verdict = measure::assess(
         {.bad_grid_cells = measure::Failures{int(quality.folded + quality.negative), {}},
          .is_grid = true});

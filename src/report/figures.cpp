@@ -302,8 +302,12 @@ class SectionWriter {
         constexpr double degrees = 180.0 / M_PI;
         sections_.push_back({"Grid", {}});
         row("file", "{}", g.file);
-        row("size", "{} blocks, {} interfaces, {} points, {} cells", q.blocks, q.interfaces,
-            q.points, q.cells);
+        if (g.local)
+            row("size", "{} points, {} cells, {} hanging nodes, {} levels", q.points, q.cells,
+                g.local->hanging_nodes, g.local->levels);
+        else
+            row("size", "{} blocks, {} interfaces, {} points, {} cells", q.blocks, q.interfaces,
+                q.points, q.cells);
         brief();
         const auto one = [&](const char* label, const grid::Spread& s, double factor,
                              const char* unit) {

@@ -213,6 +213,10 @@ class Writer {
                   {"turning_deg", spread(q.turning, degrees)},
                   {"size_jump", spread(q.jump)},
                   {"extraordinary", vertices}};
+        if (g.local) {
+            json["levels"] = g.local->levels;
+            json["hanging_nodes"] = g.local->hanging_nodes;
+        }
         if (q.scaled_jacobian) {
             json["scaled_jacobian"] = spread(*q.scaled_jacobian);
             json["negative_volumes"] = q.negative;

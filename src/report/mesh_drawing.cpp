@@ -117,4 +117,39 @@ MeshDrawing draw_grid(const grid::BlockSource& grid) {
     return drawing;
 }
 
+MeshDrawing draw_grid(const adapt::LocalGrid& grid) {
+    MeshDrawing drawing;
+    measure::Field& field = drawing.field;
+    field.points = grid.points;
+    field.normals = geom::Points::Zero(grid.points.rows(), 3);
+    const auto add_line = [&](std::int32_t a, std::int32_t b, PictureLine::Kind kind) {
+        PictureLine line{geom::Points(2, 3), kind};
+        line.points << grid.points.row(a), grid.points.row(b);
+        drawing.edges.push_back(std::move(line));
+    };
+    std::vector<int> corners;
+    for (const adapt::LocalCell& cell : grid.cells) {
+        corners.clear();
+        for (std::size_t k = 0; k < 4; ++k) {
+            corners.push_back(cell.corners[k]);
+            if (cell.hanging[k] >= 0) corners.push_back(cell.hanging[k]);
+        }
+        Vec3 normal = Vec3::Zero();  // Newell's sum
+        for (std::size_t k = 0; k < corners.size(); ++k) {
+            const int a = corners[k], b = corners[(k + 1) % corners.size()];
+            const Vec3 from = grid.points.row(a), to = grid.points.row(b);
+            normal += from.cross(to);
+            add_line(a, b, PictureLine::Kind::Plain);
+        }
+        for (const int corner : corners) field.normals.row(corner) += normal.transpose();
+        for (std::size_t k = 2; k < corners.size(); ++k) {
+            field.triangles.push_back({corners[0], corners[k - 1], corners[k]});
+            field.faces.push_back(cell.block);
+        }
+    }
+    for (const auto& [a, b] : grid.free_sides) add_line(a, b, PictureLine::Kind::Border);
+    field.normals.rowwise().normalize();
+    return drawing;
+}
+
 }  // namespace patchwright::report

@@ -94,6 +94,10 @@ class Schema(CliTest):
         self.assertEqual(report["morph"]["forces"]["force"], [0, 0, 1])
         self.valid("export", CUBE, "-o", self.path("a.step"))
         self.valid("grid", CUBE, "-o", self.path("a.cgns"), "--points", 9, "--layers", 3, "--layer-height", "1e-3rel")
+        report = self.valid("grid", CUBE, "-o", self.path("a.vtu"), "--points", 3, "--size-field", self.path("sizes.csv", "9,9,9,1\n0,0,0,50\n"),
+                            "--hanging-nodes", "quads")
+        self.assertGreater(report["grid"]["levels"], 0)
+        self.assertIn("hanging_nodes", report["grid"])
         self.valid("subdivide", CUBE, "-n", 2, "-o", self.path("a.obj"))
 
     def test_failures(self):

@@ -2,7 +2,6 @@
 
 #include <patchwright/base/error.h>
 #include <patchwright/grid/evaluate.h>
-#include <patchwright/grid/size_field.h>
 #include <patchwright/mesh/obj.h>
 
 #include <catch2/catch.hpp>
@@ -51,40 +50,6 @@ TEST_CASE("a coarsened grid is every other point of the fine one", "[grid]") {
         }
     }
     CHECK_THROWS_AS(grid::coarsened(fine, 16), base::InvalidArgument);
-}
-
-TEST_CASE("cells are no longer than a field of sizes asks for, and not much shorter", "[grid]") {
-    const Plan coarse =
-        grid::make_plan(grid::make_layout(test::torus(8, 6, 3.0, 1.0)), {.cells = 2});
-    const geom::Box3 box = geom::bounding_box(coarse.layout.cage.points);
-    // Fine where x is low: sizes at the two ends.
-    geom::Points at(2, 3);
-    at.row(0) = box.min.transpose();
-    at.row(1) = box.max.transpose();
-    const double small = 0.02 * box.diagonal(), large = 0.1 * box.diagonal();
-    const grid::SizeField sizes(at, {small, large});
-    CHECK(sizes(box.min) == small);
-    CHECK(sizes(box.max) == large);
-    const Plan fine = grid::refined(coarse, sizes);
-    const grid::BlockEvaluator evaluator(fine);
-    double longest = 0.0, longest_large = 0.0;
-    for (std::size_t b = 0; b < fine.layout.blocks.size(); ++b) {
-        const grid::BlockPoints points = evaluator.evaluate(int(b));
-        for (int j = 0; j < points.nj; ++j) {
-            for (int i = 0; i + 1 < points.ni; ++i) {
-                const geom::Vec3 p = points.at(i, j), q = points.at(i + 1, j);
-                const double size = sizes(0.5 * (p + q));
-                longest = std::max(longest, (q - p).norm() / size);
-                if (size == large) longest_large = std::max(longest_large, (q - p).norm() / size);
-            }
-        }
-    }
-    CHECK(longest <= 1.02);  // the middle by parameters is not quite that of the chord
-    CHECK(longest_large > 0.3);
-    CHECK(fine.cell_count() > coarse.cell_count());
-    CHECK(grid::refined(fine, sizes).cell_count() == fine.cell_count());
-    CHECK_THROWS_AS(grid::SizeField(at, {1.0}), base::InvalidArgument);
-    CHECK_THROWS_AS(grid::SizeField(at, {1.0, 0.0}), base::InvalidArgument);
 }
 
 }  // namespace

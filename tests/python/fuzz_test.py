@@ -66,6 +66,8 @@ def good_calls(folder):
         (pw.grid, {"cage": cage, "output": folder / "a.xyz", "points": 3, "levels": 0, "spacing": "uniform",
                    "layers": 1, "layer_height": 0.1, "growth": 1.2, "form": "ascii", "clusters": [],
                    "rules": [{"at": [0, 0, 0], "cells": 3}], "size_field": [[0, 0, 0, 1.0]]}),
+        (pw.grid, {"cage": cage, "output": folder / "a.vtu", "points": 3, "hanging_nodes": "quads", "smallest": 1.0,
+                   "sensor": [[0, 0, 0, 1.0], [0, 0, 9, 2.0]], "sensor_jump": 0.5}),
         (pw.PointTransfer, {"points": CUBE_POINTS, "targets": cage}),
         (transfer.apply, {"values": CUBE_POINTS}),
         (transfer.apply_transposed, {"values": CUBE_POINTS}),

@@ -98,7 +98,9 @@ class AsTheCommandLine(ModuleTest):
                             ({"rules": [object()]}, "a sequence of dictionaries"), ({"rules": "{"}, "cannot be read"),
                             ({"size_field": [[0, 0, 0, -1]]}, "size 0 is -1; it must be positive"),
                             ({"size_field": []}, "rows of x, y, z and a size"),
-                            ({"size_field": [[0, 0, 0, 1]], "levels": 1}, "do not go together")):
+                            ({"size_field": [[0, 0, 0, 1]], "levels": 1}, "do not go together"),
+                            ({"sensor": [[0, 0, 0]]}, "sensor"), ({"sensor": [[0, 0, 0, 1]], "levels": 1}, "sensor and levels"),
+                            ({"sensor": [[0, 0, 0, 1]], "sensor_jump": 0}, "sensor_jump")):
             with self.assertRaisesRegex(pw.PatchwrightError, part):
                 pw.grid_blocks(cage, **wrong)
 
@@ -120,6 +122,22 @@ class AsTheCommandLine(ModuleTest):
                 pw.Modes(*arguments)
         with self.assertRaises(pw.UsageError):
             modes.member([1, 2, 3])
+
+    def test_grid_by_a_sensor_and_with_hanging_nodes(self):
+        cage, a, b = WING / "wing_cage.obj", self.folder / "a.vtu", self.folder / "b.vtu"
+        at = np.concatenate([block.reshape(-1, 3) for block in pw.grid_blocks(cage, points=17).values()])
+        field = np.column_stack([at, np.tanh(at[:, 0] / 100 - 1)])
+        np.savetxt(self.folder / "field.csv", field, delimiter=",", fmt="%.17g")
+        report = self.report("grid", cage, "-o", self.folder / "a.xyz", "--sensor", self.folder / "field.csv", "--sensor-jump", 0.1)
+        self.check_same(pw.grid(cage, self.folder / "b.xyz", sensor=field, sensor_jump=0.1), report)
+        self.assertEqual((self.folder / "a.xyz").read_bytes(), (self.folder / "b.xyz").read_bytes())
+        for form in ("polygons", "quads"):
+            report = self.report("grid", cage, "-o", a, "--sensor", self.folder / "field.csv", "--smallest", "4mm", "--hanging-nodes", form)
+            self.check_same(pw.grid(cage, b, sensor=field, smallest=4, hanging_nodes=form), report)
+            self.assertEqual(a.read_bytes(), b.read_bytes())
+        for wrong, part in (({}, "size_field or sensor"), ({"sensor": field, "layers": 2, "thickness": 1}, "layers"), ({"sensor": field, "hanging_nodes": "x"}, "polygons")):
+            with self.assertRaisesRegex(pw.PatchwrightError, part):
+                pw.grid(cage, b, **{"hanging_nodes": "quads", **wrong})
 
     def test_morph(self):
         """Affine motions exactly; cages and forces as the command line's, and their work."""
@@ -219,7 +237,8 @@ class AsTheCommandLine(ModuleTest):
 class Options(ModuleTest):
     # Of the command line alone: files that Python has as values, and what a terminal is for.
     ELSEWHERE = {"output", "cage-out", "cad-out", "json", "report", "field", "picture", "picture-view", "picture-direction", "picture-zoom",
-                 "picture-layer", "picture-size", "quiet", "verbose", "threads", "help", "progress", "config", "cage-unit", "time-stamp"}
+                 "picture-layer", "picture-size", "quiet", "verbose", "threads", "help", "progress", "config", "cage-unit", "time-stamp", "size-array",
+                 "sensor-array"}
     OTHER_NAMES = {"cluster": "clusters", "plot3d": "form", "no-heal": "heal"}
 
     def test_python_has_the_options_of_the_command_line(self):

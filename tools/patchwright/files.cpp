@@ -1,5 +1,6 @@
 #include "files.h"
 
+#include <patchwright/adapt/write.h>
 #include <patchwright/base/error.h>
 #include <patchwright/base/output_set.h>
 #include <patchwright/grid/write.h>
@@ -14,6 +15,8 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <system_error>
 
 namespace patchwright::cli {
@@ -38,6 +41,7 @@ void check_kind(const OutputFile& output, const base::OutputTarget& target) {
             break;
         case OutputKind::Cage: check_extension(output, {".obj"}); break;
         case OutputKind::Grid: grid::grid_format(output.file); break;
+        case OutputKind::LocalGrid: adapt::local_format(output.file); break;
         case OutputKind::Field: check_extension(output, {".vtp", ".glb"}); break;
         case OutputKind::Picture: check_extension(output, {".png"}); break;
         case OutputKind::Table: check_extension(output, {".csv"}); break;
@@ -132,6 +136,14 @@ bool is_standard_output(const std::string& file) {
     }, standard{};
     return ::stat(file.c_str(), &found) == 0 && ::fstat(STDOUT_FILENO, &standard) == 0 &&
            found.st_dev == standard.st_dev && found.st_ino == standard.st_ino;
+}
+
+std::string file_content(const std::string& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::string content{std::istreambuf_iterator<char>(stream), {}};
+    if (!stream.is_open() || stream.bad())
+        throw base::InputError(file + ": cannot be read; is it there?");
+    return content;
 }
 
 void write_standard_output(std::string_view text) {

@@ -7,7 +7,7 @@
 
 namespace patchwright::cli {
 
-enum class OutputKind { Cad, Cage, Grid, Field, Picture, Table, Matrix, Json, Html };
+enum class OutputKind { Cad, Cage, Grid, LocalGrid, Field, Picture, Table, Matrix, Json, Html };
 
 struct OutputFile {
     std::string option;  ///< as messages name it
@@ -31,6 +31,10 @@ bool has_extension(const std::string& file, std::string_view extension);
 
 /// "-", or another path of what standard output goes to.
 bool is_standard_output(const std::string& file);
+
+/// All bytes of an input.
+/// @throw InputError when it cannot be read
+std::string file_content(const std::string& file);
 
 /// @throw OutputError when not all could be written
 void write_standard_output(std::string_view text);

@@ -1,12 +1,12 @@
 #include "checks.h"
 #include "command.h"
-#include "table.h"
+#include "point_values.h"
 #include "view.h"
 
+#include <patchwright/adapt/write.h>
 #include <patchwright/base/error.h>
 #include <patchwright/grid/layers.h>
 #include <patchwright/grid/rules.h>
-#include <patchwright/grid/size_field.h>
 #include <patchwright/grid/write.h>
 #include <patchwright/measure/verdict.h>
 #include <patchwright/subd/normal_control.h>
@@ -16,6 +16,8 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
+#include <optional>
+#include <utility>
 
 namespace patchwright::cli {
 
@@ -35,12 +37,17 @@ struct GridOptions {
     bool curvature = false;
     std::string first_cell;
     std::vector<std::string> clusters;
-    std::string rules, size_field;
+    std::string rules, size_field, size_array, sensor, sensor_array, smallest, hanging_nodes;
+    double sensor_jump = adapt::Criteria{}.sensor_jump;
     std::string form = "binary", endian = "little";
     int layers = 0;
     std::string layer_height, thickness;
     double growth = 1.2;
 };
+
+bool refines(const GridOptions& options) {
+    return !options.size_field.empty() || !options.sensor.empty();
+}
 
 /// "A:B=0.1mm"
 grid::BorderCluster parse_cluster(const std::string& text, double diagonal) {
@@ -75,19 +82,38 @@ grid::PlanOptions plan_options(const GridOptions& options, double diagonal) {
     return plan;
 }
 
-/// Lines of X,Y,Z,SIZE in the cage's unit.
-grid::SizeField read_size_field(const std::string& file, base::LengthUnit unit) {
-    const Table table = read_table(file, 4, 4);
-    const double scale = base::millimetres_per(unit);
-    std::vector<double> sizes;
-    for (std::size_t i = 0; i < table.rows(); ++i) {
-        const double* row = table.row(i);
-        if (!(row[3] > 0.0))
-            throw base::InputError(
-                fmt::format("{}the size is {}; it must be positive", table.place(i), row[3]));
-        sizes.push_back(scale * row[3]);
+adapt::SizeField read_size_field(const GridOptions& options, base::LengthUnit unit) {
+    PointValues sizes = read_point_values(options.size_field, {.unit = unit,
+                                                               .array = options.size_array,
+                                                               .usual_array = "size",
+                                                               .must_be_positive = true});
+    for (double& size : sizes.values) size *= base::millimetres_per(unit);
+    return {std::move(sizes.at), std::move(sizes.values)};
+}
+
+adapt::Sensor read_sensor(const GridOptions& options, base::LengthUnit unit) {
+    PointValues values =
+        read_point_values(options.sensor, {.unit = unit, .array = options.sensor_array});
+    return {std::move(values.at), std::move(values.values)};
+}
+
+/// Smallest cell by a sensor where none is given: far below what a surface grid's cells are, and
+/// far above rounding.
+constexpr double smallest_by_sensor_rel = 1e-3;
+
+/// What the grid is refined by, if anything.
+std::optional<adapt::Criteria> read_criteria(const GridOptions& options, base::LengthUnit unit,
+                                             double diagonal) {
+    if (!refines(options)) return std::nullopt;
+    adapt::Criteria criteria{.sensor_jump = options.sensor_jump};
+    if (!options.size_field.empty()) criteria.sizes = read_size_field(options, unit);
+    if (!options.sensor.empty()) {
+        criteria.sensor = read_sensor(options, unit);
+        criteria.smallest_mm = smallest_by_sensor_rel * diagonal;
     }
-    return {scale * table.points(0), std::move(sizes)};
+    if (!options.smallest.empty())
+        criteria.smallest_mm = base::parse_length(options.smallest).in_millimetres(diagonal);
+    return criteria;
 }
 
 std::vector<grid::EdgeRule> read_rules(const std::string& file, const grid::BlockLayout& layout,
@@ -99,9 +125,22 @@ std::vector<grid::EdgeRule> read_rules(const std::string& file, const grid::Bloc
 }
 
 void check_options(const GridOptions& options) {
-    if (!options.size_field.empty() && options.levels > 0)
+    if (refines(options) && options.levels > 0)
         throw base::UsageError(
-            "--size-field and --levels do not go together: halved cells are no multiples");
+            fmt::format("{} and --levels do not go together: halved cells are no multiples",
+                        options.sensor.empty() ? "--size-field" : "--sensor"));
+    if (!options.size_array.empty() && options.size_field.empty())
+        throw base::UsageError("--size-array names an array of --size-field FILE.vtu; give both");
+    if (!options.sensor_array.empty() && options.sensor.empty())
+        throw base::UsageError("--sensor-array names an array of --sensor FILE.vtu; give both");
+    if (!options.smallest.empty() && !refines(options))
+        throw base::UsageError("--smallest bounds --size-field and --sensor; give one of them");
+    if (!options.hanging_nodes.empty() && !refines(options))
+        throw base::UsageError(
+            "--hanging-nodes divides cells where --size-field or --sensor ask for it; give one");
+    if (!options.hanging_nodes.empty() && options.layers > 0)
+        throw base::UsageError(
+            "--hanging-nodes and --layers do not go together: layers grow on whole lines");
     if (options.coarsen > options.levels)
         throw base::UsageError(fmt::format("--coarsen {} needs --levels {} or more",
                                            options.coarsen, options.coarsen));
@@ -123,27 +162,64 @@ grid::LayerOptions layer_options(const GridOptions& options, double diagonal) {
 /// smaller than pixels.
 constexpr std::int64_t most_points_in_report = 1'000'000;
 
-void draw(Run& run, const ViewArguments& options, const grid::SurfaceGrid& grid) {
-    std::int64_t points = 0;
-    for (int b = 0; b < grid.block_count(); ++b)
-        points += std::int64_t(grid.size(b)[0]) * grid.size(b)[1];
+/// @param grid  with points on the surface
+template <class Grid>
+void draw(Run& run, const ViewArguments& options, const Grid& grid, std::int64_t points,
+          const char* caption) {
     if (!shows_anything(run, options) ||
         (options.picture.empty() && points > most_points_in_report))
         return;
-    add_drawing(run, options, report::draw_grid(grid),
-                "The surface grid: blocks in colours, their sides red");
+    add_drawing(run, options, report::draw_grid(grid), caption);
+}
+
+/// A grid of blocks: file, figures and picture.
+report::GridFigures write_blocks(Run& run, const GridOptions& options, const grid::Plan& plan,
+                                 double diagonal, const grid::GridWriteOptions& write) {
+    report::GridFigures figures{options.output, {}};
+    const grid::SurfaceGrid surface(plan);
+    if (options.layers > 0) {
+        grid::LayerOptions layers = layer_options(options, diagonal);
+        layers.progress = run.progress();
+        const grid::LayerGrid volume(plan, layers);
+        run.end_stage("layers");
+        figures.quality = grid::write_grid(volume, options.output, run.outputs, write);
+    } else {
+        figures.quality = grid::write_grid(surface, options.output, run.outputs, write);
+    }
+    run.end_stage("write");
+    draw(run, options.view, surface, plan.point_count(),
+         "The surface grid: blocks in colours, their sides red");
+    return figures;
+}
+
+/// The same of a grid that is refined cell by cell.
+report::GridFigures write_cells(Run& run, const GridOptions& options, const grid::Plan& plan,
+                                const adapt::Criteria& criteria, base::LengthUnit unit) {
+    const adapt::LocalGrid grid =
+        adapt::refined_locally(plan, criteria, {.progress = run.progress()});
+    run.end_stage("refine");
+    const auto cells =
+        options.hanging_nodes == "quads" ? adapt::LocalCells::Quads : adapt::LocalCells::Polygons;
+    report::GridFigures figures{
+        options.output, adapt::write_local_grid(grid, options.output, run.outputs, {unit, cells}),
+        report::GridFigures::Local{grid.deepest(), grid.hanging_nodes()}};
+    run.end_stage("write");
+    draw(run, options.view, grid, grid.points.rows(), "The surface grid: blocks in colours");
+    return figures;
 }
 
 int make_grid(const GridOptions& options) {
     const auto cage_unit = base::parse_length_unit(options.cage_unit);
+    const bool is_local = !options.hanging_nodes.empty();
     grid::GridWriteOptions write{.unit = base::parse_length_unit(options.unit)};
     write.plot3d = {options.form == "ascii"     ? grid::Plot3dOptions::Form::Ascii
                     : options.form == "fortran" ? grid::Plot3dOptions::Form::Fortran
                                                 : grid::Plot3dOptions::Form::Binary,
                     options.endian == "big"};
-    Run run(options.common, {{options.cage, options.rules, options.size_field},
-                             {{"--output", options.output, OutputKind::Grid},
-                              {"--picture", options.view.picture, OutputKind::Picture}}});
+    Run run(options.common,
+            {{options.cage, options.rules, options.size_field, options.sensor},
+             {{"--output", options.output, is_local ? OutputKind::LocalGrid : OutputKind::Grid},
+              {"--picture", options.view.picture, OutputKind::Picture}}});
     check_options(options);
     run.report.unit = write.unit;
     write.progress = run.progress();
@@ -165,26 +241,16 @@ int make_grid(const GridOptions& options) {
     grid::Plan plan = about_input(options.cage, [&] {
         return grid::coarsened(grid::make_plan(layout, wanted), options.coarsen);
     });
-    if (!options.size_field.empty())
-        plan = grid::refined(plan, read_size_field(options.size_field, cage_unit));
+    const auto criteria = read_criteria(options, cage_unit, diagonal);
+    if (criteria && !is_local) plan = adapt::refined(plan, *criteria, {.progress = run.progress()});
     run.end_stage("plan");
 
-    grid::GridQuality quality;
-    if (options.layers > 0) {
-        grid::LayerOptions layers = layer_options(options, diagonal);
-        layers.progress = run.progress();
-        const grid::LayerGrid volume(plan, layers);
-        run.end_stage("layers");
-        quality = grid::write_grid(volume, options.output, run.outputs, write);
-    } else {
-        quality = grid::write_grid(grid::SurfaceGrid(plan), options.output, run.outputs, write);
-    }
-    run.report.grid = report::GridFigures{options.output, quality};
+    run.report.grid = is_local ? write_cells(run, options, plan, *criteria, write.unit)
+                               : write_blocks(run, options, plan, diagonal, write);
+    const grid::GridQuality& quality = run.report.grid->quality;
     run.report.verdict = measure::assess(
         {.bad_grid_cells = measure::Failures{int(quality.folded + quality.negative), {}},
          .is_grid = true});
-    run.end_stage("write");
-    draw(run, options.view, grid::SurfaceGrid(plan));
     return run.finish();
 }
 
@@ -226,13 +292,42 @@ void add_spacing_options(CLI::App& command, GridOptions& options) {
     command.add_option("--cluster", options.clusters,
                        "FAMILY:FAMILY=LENGTH: first cell of lines that end where blocks of these "
                        "families meet; an empty name is any");
-    command.add_option("--size-field", options.size_field,
-                       "X,Y,Z,SIZE a line, in the cage's unit: cells are halved along whole lines "
-                       "until they are no longer than the size at the nearest point");
     command.add_option("--rules", options.rules,
                        "JSON file with rules for single block edges: [{\"at\": [x, y, z], "
                        "\"cells\": 40, \"spacing\": \"tanh\", \"near\": \"0.1mm\", \"far\": "
                        "\"2mm\"}]; the edge nearest to the point and all that lines connect to it");
+}
+
+void add_refinement_options(CLI::App& command, GridOptions& options) {
+    command.add_option("--size-field", options.size_field,
+                       "X,Y,Z,SIZE a line, or a VTK file with sizes at its points or cells, in the "
+                       "cage's unit: cells are halved along whole lines until they are no longer "
+                       "than the size at the nearest point");
+    command.add_option("--size-array", options.size_array,
+                       "which array of the .vtu file holds the sizes; else the one named size, or "
+                       "the only one with one number a point or cell");
+    command.add_option("--sensor", options.sensor,
+                       "X,Y,Z,VALUE a line, or a VTK file, of a solution on the surface, pressure "
+                       "for instance: cells are halved along whole lines until the value changes "
+                       "by no more than --sensor-jump along each");
+    command.add_option("--sensor-array", options.sensor_array,
+                       "which array of the .vtu file is the sensor, if it has several");
+    command
+        .add_option("--sensor-jump", options.sensor_jump,
+                    "most change along a cell, as a share of the sensor's range")
+        ->check(number_in(1e-6, 1.0))
+        ->capture_default_str();
+    command
+        .add_option("--smallest", options.smallest,
+                    "no cells smaller than this come of --size-field and --sensor; with --sensor "
+                    "1e-3rel unless given")
+        ->check(is_length());
+    command
+        .add_option("--hanging-nodes", options.hanging_nodes,
+                    "divide single cells 2 x 2 instead of whole lines, and write an unstructured "
+                    "grid (.cgns, .vtu): hanging nodes are corners of the cells that they lie on "
+                    "(polygons), or cells have four corners (quads)")
+        ->check(CLI::IsMember({"polygons", "quads"}).description(""));
 }
 
 void add_layer_options(CLI::App& command, GridOptions& options) {
@@ -259,7 +354,8 @@ void register_grid(CLI::App& app, int& exit_code) {
         ->required();
     command
         ->add_option("-o,--output", options->output,
-                     "grid to write: .cgns, .xyz or .p3d (Plot3D), .vtm (VTK)")
+                     "grid to write: .cgns, .xyz or .p3d (Plot3D), .vtm (VTK); .cgns or .vtu with "
+                     "--hanging-nodes")
         ->required();
     command->add_option("--cage-unit", options->cage_unit, "unit of the cage's numbers")
         ->check(is_unit())
@@ -269,6 +365,7 @@ void register_grid(CLI::App& app, int& exit_code) {
         ->capture_default_str();
     add_block_options(*command, *options);
     add_spacing_options(*command, *options);
+    add_refinement_options(*command, *options);
     command
         ->add_option("--plot3d", options->form, "Plot3D files: binary, fortran (records) or ascii")
         ->check(CLI::IsMember({"binary", "fortran", "ascii"}).description(""))

@@ -1,5 +1,7 @@
 #include "table.h"
 
+#include "files.h"
+
 #include <patchwright/base/error.h>
 
 #include <fmt/format.h>
@@ -8,21 +10,11 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <string_view>
 
 namespace patchwright::cli {
 
 namespace {
-
-std::string content_of(const std::string& file) {
-    std::ifstream stream(file, std::ios::binary);
-    std::string content{std::istreambuf_iterator<char>(stream), {}};
-    if (!stream.is_open() || stream.bad())
-        throw base::InputError(file + ": cannot be read; is it there?");
-    return content;
-}
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
@@ -113,7 +105,7 @@ geom::Points Table::points(std::size_t first_column) const {
 }
 
 Table read_table(const std::string& file, std::size_t least, std::size_t most) {
-    const std::string content = content_of(file);
+    const std::string content = file_content(file);
     Table table;
     table.file = file;
     Reader reader(table, least, most);

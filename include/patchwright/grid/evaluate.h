@@ -59,6 +59,8 @@ class BlockEvaluator {
     void places(int block, BlockPlaces& places) const;
     /// Parameters of a block's point, i-wise in [0, columns] and j-wise in [0, rows].
     [[nodiscard]] Eigen::Vector2d parameters(int block, int i, int j) const;
+    /// Of all its points, in the order of BlockPoints.
+    [[nodiscard]] std::vector<Eigen::Vector2d> parameters(int block) const;
 
   private:
     struct State;

@@ -1,6 +1,7 @@
 // How many points a grid has and where they lie on the edges of its blocks.
 #pragma once
 
+#include <patchwright/base/progress.h>
 #include <patchwright/grid/layout.h>
 #include <patchwright/grid/spacing.h>
 
@@ -81,15 +82,23 @@ Plan make_plan(const BlockLayout& layout, const PlanOptions& options = {});
 /// @throw UsageError when numbers of cells are no multiples of that
 Plan coarsened(const Plan& plan, int levels);
 
-/// The error of the line from `a` to `b` that a grid has in place of the surface; `middle` is the
-/// limit point halfway between them by parameters. The chord's error is |middle - (a + b) / 2|.
+struct RefineOptions {
+    int max_rounds = 20;
+    base::Progress progress;
+};
+
+/// Asked for on any thread: the error of the line from `a` to `b` that a grid has in place of the
+/// surface; `middle` is the limit point halfway between them by parameters. The chord's error is
+/// |middle - (a + b) / 2|.
 using LineError =
     std::function<double(const geom::Vec3& a, const geom::Vec3& b, const geom::Vec3& middle)>;
 
 /// Halves cells, along whole lines through all blocks that must match, until no cell's sides have
 /// an error above the limit, or for so many rounds.
-/// @throw InvalidArgument when the limit is not positive
-Plan refined(const Plan& plan, const LineError& error, double limit, int max_rounds = 8);
+/// @throw InvalidArgument when the limit is not positive, UsageError when the grid would not fit
+///        into memory, Cancelled
+Plan refined(const Plan& plan, const LineError& error, double limit,
+             const RefineOptions& options = {});
 
 }  // namespace patchwright::grid
 #pragma GCC visibility pop

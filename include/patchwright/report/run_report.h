@@ -127,6 +127,12 @@ struct DeviationFigures {
 struct GridFigures {
     std::string file;
     grid::GridQuality quality;
+    /// Of grids that are refined cell by cell.
+    struct Local {
+        int levels = 0;  ///< times that the smallest cells were divided
+        std::int64_t hanging_nodes = 0;
+    };
+    std::optional<Local> local = std::nullopt;
 };
 
 /// What the page's 3-D view shows.

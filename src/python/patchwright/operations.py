@@ -22,9 +22,9 @@ from .results import Comparison, Conversion, Export, Fit, Grid, Inspection, Made
 
 __all__ = ["GridPlaces", "compare", "convert", "export", "fit", "grid", "grid_blocks", "grid_places", "inspect", "make_cage", "refit"]
 
-_LENGTHS = {"tolerance", "size", "first_cell", "layer_height", "thickness"}
+_LENGTHS = {"tolerance", "size", "first_cell", "layer_height", "thickness", "smallest"}
 _NUMBERS = {"time_limit", "target_faces", "max_levels", "samples", "cap_depth", "points", "levels", "coarsen", "layers",
-            "growth"}
+            "growth", "sensor_jump"}
 _FLAGS = {"join", "curvature"}
 
 
@@ -56,8 +56,10 @@ def _options(**given: Any) -> dict[str, Any]:
             checked[name] = _checks.flag(value, name)
         elif name == "rules":
             checked[name] = None if value is None else _rules(value)
-        elif name == "size_field":
+        elif name in ("size_field", "sensor"):
             checked[name] = None if value is None else _checks.floats(value, name, 4)
+        elif name == "hanging_nodes":
+            checked[name] = None if value is None else _checks.text(value, name)
         else:
             checked[name] = _checks.texts(value, name) if name == "clusters" else _checks.text(value, name)
     return checked
@@ -178,21 +180,26 @@ def inspect(model: ModelLike, *, progress: Progress = None, cancel: Event | None
 def grid(cage: Cage | str | os.PathLike[str], output: str | os.PathLike[str], *, blocks: str = "groups",
          join: bool = False, size: Length | None = None, points: int = 17, levels: int = 0, coarsen: int = 0,
          spacing: str = "uniform", curvature: bool = False, first_cell: Length | None = None,
-         clusters: Sequence[str] = (), rules: Rules | None = None, size_field: npt.ArrayLike | None = None, layers: int = 0, layer_height: Length | None = None,
-         thickness: Length | None = None, growth: float = 1.2, unit: str = "mm", form: str = "binary",
+         clusters: Sequence[str] = (), rules: Rules | None = None, size_field: npt.ArrayLike | None = None,
+         sensor: npt.ArrayLike | None = None, sensor_jump: float = 0.05, smallest: Length | None = None, hanging_nodes: str | None = None,
+         layers: int = 0, layer_height: Length | None = None, thickness: Length | None = None, growth: float = 1.2, unit: str = "mm", form: str = "binary",
          endian: str = "little", progress: Progress = None, cancel: Event | None = None) -> Grid:
     """Writes a block-structured grid on the limit surface, or with layers off it: .cgns, .xyz, .p3d or .vtm.
 
+    With hanging_nodes ("polygons" or "quads"), where single cells are divided instead of whole lines: .cgns or .vtu.
     Options are those of `patchwright grid --help`; clusters are a sequence of those texts.
     rules: for single block edges, such as [{"at": [0, 0, 0], "cells": 40, "near": "0.1mm"}], or the file that holds them.
     size_field: rows of x, y, z and a size, mm: cells are halved until none is longer than the size at the nearest point.
+    sensor: rows of x, y, z and a value of a solution: cells are halved until it changes by no more than sensor_jump of its range along each.
+    smallest: no smaller cells come of these two; with a sensor 1e-3rel unless given.
     The verdict is on folded and negative cells.
     """
     path = _output(output, [cage])
     options = _options(blocks=blocks, join=join, size=size, points=points, levels=levels,
                              coarsen=coarsen, spacing=spacing, curvature=curvature,
                              first_cell=first_cell, clusters=clusters, rules=rules,
-                             size_field=size_field, layers=layers,
+                             size_field=size_field, sensor=sensor, sensor_jump=sensor_jump, smallest=smallest,
+                             hanging_nodes=hanging_nodes, layers=layers,
                              layer_height=layer_height, thickness=thickness, growth=growth, unit=unit,
                              form=form, endian=endian)
     report, text = _core.grid(_cage_of(cage), os.fspath(path), options, _checks.callback(progress, cancel))
@@ -203,14 +210,15 @@ def grid_blocks(cage: Cage | str | os.PathLike[str], *, blocks: str = "groups", 
                 size: Length | None = None, points: int = 17, levels: int = 0, coarsen: int = 0,
                 spacing: str = "uniform", curvature: bool = False, first_cell: Length | None = None,
                 clusters: Sequence[str] = (), rules: Rules | None = None,
-                size_field: npt.ArrayLike | None = None, layers: int = 0, layer_height: Length | None = None,
+                size_field: npt.ArrayLike | None = None, sensor: npt.ArrayLike | None = None, sensor_jump: float = 0.05,
+                smallest: Length | None = None, layers: int = 0, layer_height: Length | None = None,
                 thickness: Length | None = None, growth: float = 1.2, progress: Progress = None,
                 cancel: Event | None = None) -> dict[str, Floats]:
     """The same grid in memory: by name of its block, points of shape (ni, nj, 3), with layers (ni, nj, nk, 3), mm."""
     options = _options(blocks=blocks, join=join, size=size, points=points, levels=levels,
                              coarsen=coarsen, spacing=spacing, curvature=curvature,
                              first_cell=first_cell, clusters=clusters, rules=rules,
-                             size_field=size_field, layers=layers,
+                             size_field=size_field, sensor=sensor, sensor_jump=sensor_jump, smallest=smallest, layers=layers,
                              layer_height=layer_height, thickness=thickness, growth=growth)
     return dict(_core.grid_blocks(_cage_of(cage), options, _checks.callback(progress, cancel)))
 
@@ -230,11 +238,12 @@ def grid_places(cage: Cage | str | os.PathLike[str], *, blocks: str = "groups", 
                 size: Length | None = None, points: int = 17, levels: int = 0, coarsen: int = 0,
                 spacing: str = "uniform", curvature: bool = False, first_cell: Length | None = None,
                 clusters: Sequence[str] = (), rules: Rules | None = None,
-                size_field: npt.ArrayLike | None = None, progress: Progress = None,
+                size_field: npt.ArrayLike | None = None, sensor: npt.ArrayLike | None = None, sensor_jump: float = 0.05,
+                smallest: Length | None = None, progress: Progress = None,
                 cancel: Event | None = None) -> dict[str, GridPlaces]:
     """Where on the cage the points of grid_blocks() lie: for derivatives, and for the same grid on a changed cage."""
     options = _options(blocks=blocks, join=join, size=size, points=points, levels=levels,
                              coarsen=coarsen, spacing=spacing, curvature=curvature,
-                             first_cell=first_cell, clusters=clusters, rules=rules, size_field=size_field)
+                             first_cell=first_cell, clusters=clusters, rules=rules, size_field=size_field, sensor=sensor, sensor_jump=sensor_jump, smallest=smallest)
     found = _core.grid_places(_cage_of(cage), options, _checks.callback(progress, cancel))
     return {name: GridPlaces(*places) for name, places in found}

@@ -1,13 +1,13 @@
 // Sizes of cells that are wanted at points, from a solver's adaptation for instance.
 #pragma once
 
-#include <patchwright/grid/plan.h>
+#include <patchwright/geom/types.h>
 
 #include <memory>
 #include <vector>
 
 #pragma GCC visibility push(default)
-namespace patchwright::grid {
+namespace patchwright::adapt {
 
 /// A size everywhere: that of the nearest point.
 class SizeField {
@@ -23,10 +23,5 @@ class SizeField {
     std::shared_ptr<const State> state_;
 };
 
-/// Halves cells along whole lines until no cell's side is longer than the size at its middle, or
-/// for so many rounds; spacing laws are kept in between.
-/// @throw UsageError when the grid would not fit into memory
-Plan refined(const Plan& plan, const SizeField& sizes, int max_rounds = 20);
-
-}  // namespace patchwright::grid
+}  // namespace patchwright::adapt
 #pragma GCC visibility pop

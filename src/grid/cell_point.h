@@ -1,0 +1,26 @@
+// Points of blocks by their parameters.
+#pragma once
+
+#include <patchwright/grid/layout.h>
+
+#include <algorithm>
+
+namespace patchwright::grid {
+
+/// A point in one of a block's cells, from its lowest i and j.
+struct CellPoint {
+    std::size_t number;  ///< of Block::cells
+    mesh::CornerId cell;
+    double i, j;
+};
+
+/// @param at  in [0, columns] and [0, rows]
+inline CellPoint cell_point(const Block& block, const Eigen::Vector2d& at) {
+    const int column = std::clamp(int(at.x()), 0, block.columns - 1);
+    const int row = std::clamp(int(at.y()), 0, block.rows - 1);
+    return {std::size_t(column) * std::size_t(block.rows) + std::size_t(row),
+            block.cell(column, row), std::clamp(at.x() - column, 0.0, 1.0),
+            std::clamp(at.y() - row, 0.0, 1.0)};
+}
+
+}  // namespace patchwright::grid
