@@ -115,6 +115,7 @@ class CgnsWriter : public GridWriter {
         check(cg_goto(handle_, base_, "Zone_t", zone, "end"));
         check(cg_famname_write(family_of(block).c_str()));
         write_places(zone, data.places, size);
+        write_velocities(zone, data.velocities);
         write_connections(block, zone, size);
         write_conditions(block, zone, size);
     }
@@ -192,6 +193,19 @@ class CgnsWriter : public GridWriter {
         write("U", CGNS_ENUMV(RealDouble), places.u.data());
         write("V", CGNS_ENUMV(RealDouble), places.v.data());
         if (!places.sectors.empty()) write("Sector", CGNS_ENUMV(Integer), places.sectors.data());
+    }
+    /// As the standard has it for grids that deform with time.
+    void write_velocities(int zone, const BlockPoints& velocities) {
+        if (velocities.count() == 0) return;
+        int motion = 0;
+        check(cg_arbitrary_motion_write(handle_, base_, zone, "Motion", CGNS_ENUMV(DeformingGrid),
+                                        &motion));
+        check(cg_goto(handle_, base_, "Zone_t", zone, "ArbitraryGridMotion_t", motion, "end"));
+        const cgsize_t sizes[] = {velocities.ni, velocities.nj};
+        constexpr const char* names[] = {"GridVelocityX", "GridVelocityY", "GridVelocityZ"};
+        for (std::size_t c = 0; c < 3; ++c)
+            check(cg_array_write(names[c], CGNS_ENUMV(RealDouble), 2, sizes,
+                                 velocities.coordinates[c].data()));
     }
     void write_connections(int block, int zone, const std::array<int, 3>& size) {
         int count = 0;

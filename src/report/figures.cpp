@@ -148,10 +148,19 @@ class SectionWriter {
     }
     void morph(const MorphFigures& m) {
         sections_.push_back({"Morph", {}});
+        const auto largest = [&](double MorphFigures::Step::*figure) {
+            double value = 0.0;
+            for (const MorphFigures::Step& s : m.steps) value = std::max(value, s.*figure);
+            return length(value);
+        };
         row("displaced", "{} points by up to {}, control points by up to {}", m.points,
-            length(m.largest_displacement), length(m.largest_moved));
+            largest(&MorphFigures::Step::largest_displacement),
+            largest(&MorphFigures::Step::largest_moved));
         brief();
         row("extrapolation", "{:.3g}", m.extrapolation);
+        for (std::size_t i = 0; m.steps.size() > 1 && i < m.steps.size(); ++i)
+            row(i == 0 ? "steps" : "", "{}: control points by up to {}", m.steps[i].file,
+                length(m.steps[i].largest_moved));
         if (!m.forces) return;
         const geom::Vec3& f = m.forces->given.force;
         row("forces", "{} places, sum ({:.4g}, {:.4g}, {:.4g}), conserved to {:.1g}",
@@ -345,46 +354,5 @@ class SectionWriter {
 }  // namespace
 
 std::vector<Section> sections(const RunReport& report) { return SectionWriter(report).write(); }
-
-namespace {
-
-std::string full_text(const std::vector<Section>& sections) {
-    std::string text;
-    for (const Section& section : sections) {
-        text += section.title + "\n";
-        for (const auto& [label, value] : section.rows)
-            text += fmt::format("  {:<16} {}\n", label, value);
-    }
-    return text;
-}
-
-/// One line a row; what does not fit is counted.
-std::string brief_text(const std::vector<Section>& sections, std::size_t most_lines) {
-    std::vector<std::string> lines;
-    for (const Section& section : sections)
-        for (const std::size_t i : section.brief)
-            lines.push_back(fmt::format("  {:<20}{:<20}{}\n",
-                                        i == section.brief.front() ? section.title : "",
-                                        section.rows[i].first, section.rows[i].second));
-    std::string text;
-    for (std::size_t i = 0; i < std::min(lines.size(), most_lines); ++i)
-        text += i + 1 == most_lines && lines.size() > most_lines
-                    ? fmt::format("  and {} lines more: see --verbose\n", lines.size() - i)
-                    : lines[i];
-    return text;
-}
-
-}  // namespace
-
-std::string to_text(const RunReport& report, TextDetail detail) {
-    constexpr std::size_t most_lines = 15, of_verdict = 2;
-    const std::string verdict =
-        report.verdict ? report.verdict->sentence(report.unit) + "\n" : std::string();
-    const std::vector<Section> all = sections(report);
-    return verdict +
-           (detail == TextDetail::Full ? full_text(all)
-                                       : brief_text(all, most_lines - of_verdict)) +
-           verdict;
-}
 
 }  // namespace patchwright::report

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 namespace patchwright::report {
@@ -111,10 +112,24 @@ class Writer {
                 {"non_quads", c.non_quads}};
     }
     Json morph(const MorphFigures& m) const {
+        double displacement = 0.0, moved = 0.0;
+        Json steps = Json::array();
+        for (const MorphFigures::Step& s : m.steps) {
+            displacement = std::max(displacement, s.largest_displacement);
+            moved = std::max(moved, s.largest_moved);
+            Json step = {{"file", s.file},
+                         {"largest_displacement", length(s.largest_displacement)},
+                         {"largest_moved", length(s.largest_moved)}};
+            if (s.verdict) step["verdict"] = verdict(*s.verdict);
+            if (s.solid) step["solid"] = solid(*s.solid);
+            if (s.grid) step["grid"] = grid(*s.grid);
+            steps.push_back(step);
+        }
         Json json = {{"points", m.points},
-                     {"largest_displacement", length(m.largest_displacement)},
-                     {"largest_moved", length(m.largest_moved)},
-                     {"extrapolation", m.extrapolation}};
+                     {"largest_displacement", length(displacement)},
+                     {"largest_moved", length(moved)},
+                     {"extrapolation", m.extrapolation},
+                     {"steps", steps}};
         if (!m.forces) return json;
         const geom::Vec3& f = m.forces->given.force;
         json["forces"] = {{"places", m.forces->places},

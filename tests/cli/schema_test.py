@@ -85,6 +85,9 @@ class Schema(CliTest):
         report = self.valid("morph", CUBE, "--displacements", nodes, "-o", self.path("a.obj"), "--cad-out", self.path("a.step"),
                             "--forces", forces, "--forces-out", self.path("loads.csv"))
         self.assertEqual(report["morph"]["forces"]["force"], [0, 0, 1])
+        self.path("more.csv", nodes.read_text())
+        self.valid("morph", CUBE, "--displacements", nodes, self.path("more.csv"), "-o", self.path("{step}.obj"), "--cad-out",
+                   self.path("{step}.step"), "--grid-out", self.path("{step}.cgns"))
         self.valid("export", CUBE, "-o", self.path("a.step"))
         self.valid("grid", CUBE, "-o", self.path("a.cgns"), "--points", 9, "--layers", 3, "--layer-height", "1e-3rel")
         self.valid("subdivide", CUBE, "-n", 2, "-o", self.path("a.obj"))

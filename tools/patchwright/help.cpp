@@ -33,6 +33,7 @@ const std::map<std::string, Described> descriptions{
     {"--cage", {"Files", "CAGE.obj"}},
     {"--cad-out", {"Files", "FILE"}},
     {"--displacements", {"Files", "FILE.csv"}},
+    {"--grid-out", {"Files", "FILE"}},
     {"--velocities-out", {"Files", "FILE.csv"}},
     {"--forces", {"Files", "FILE.csv"}},
     {"--forces-out", {"Files", "FILE.csv"}},
@@ -115,7 +116,9 @@ const std::map<std::string, std::string> examples{
     {"morph",
      "  patchwright morph fitted.obj --displacements nodes.csv -o bent.obj --cad-out bent.step\n"
      "  patchwright morph fitted.obj --displacements nodes.csv -o bent.obj --forces pressure.csv "
-     "--forces-out loads.csv"},
+     "--forces-out loads.csv\n"
+     "  patchwright morph fitted.obj --displacements t0.csv t1.csv -o {step}.obj --grid-out "
+     "{step}.cgns"},
     {"export", "  patchwright export fitted.obj -o wing.step --unit m"},
     {"grid",
      "  patchwright grid fitted.obj -o wing.cgns --size 5mm --spacing tanh --first-cell 0.1mm\n"

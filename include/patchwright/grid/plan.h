@@ -81,6 +81,12 @@ Plan make_plan(const BlockLayout& layout, const PlanOptions& options = {});
 /// @throw UsageError when numbers of cells are no multiples of that
 Plan coarsened(const Plan& plan, int levels);
 
+/// The same places on the given cage with other control points: for shapes that move, or with
+/// velocities in place of points, whose limits are those of the surface.
+/// @param points  one row a vertex of layout.given
+/// @throw InvalidArgument when there are not as many
+Plan with_points(const Plan& plan, const geom::Points& points);
+
 /// The error of the line from `a` to `b` that a grid has in place of the surface; `middle` is the
 /// limit point halfway between them by parameters. The chord's error is |middle - (a + b) / 2|.
 using LineError =

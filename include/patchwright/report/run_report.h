@@ -42,22 +42,6 @@ struct FitFigures {
     std::vector<fit::FitLevel> levels;
 };
 
-/// A cage carried along with points of a structural model; see fit::PointTransfer.
-struct MorphFigures {
-    int points = 0;                     ///< of the model
-    double largest_displacement = 0.0;  ///< of these
-    double largest_moved = 0.0;         ///< of control points
-    double extrapolation = 0.0;         ///< PointTransfer::extrapolation
-    /// At places of the surface, and carried to the points, as written.
-    struct Forces {
-        int places = 0;
-        fit::Resultant given;  ///< about the origin: the forces' unit, that times a length
-        /// Of the carried ones' sum and moment, by sums of absolute values.
-        double force_error = 0.0, moment_error = 0.0;
-    };
-    std::optional<Forces> forces;
-};
-
 struct PatchFigures {
     int count = 0;
     int control_points = 0;
@@ -126,6 +110,28 @@ struct DeviationFigures {
 struct GridFigures {
     std::string file;
     grid::GridQuality quality;
+};
+
+/// A cage carried along with points of a structural model; see fit::PointTransfer.
+struct MorphFigures {
+    int points = 0;              ///< of the model
+    double extrapolation = 0.0;  ///< PointTransfer::extrapolation
+    struct Step {
+        std::string file;                                        ///< of displacements
+        double largest_displacement = 0.0, largest_moved = 0.0;  ///< of these, of control points
+        std::optional<measure::Verdict> verdict;  ///< here and below: of what was written
+        std::optional<SolidFigures> solid;
+        std::optional<GridFigures> grid;
+    };
+    std::vector<Step> steps;
+    /// At places of the surface, and carried to the points, as written.
+    struct Forces {
+        int places = 0;
+        fit::Resultant given;  ///< about the origin: the forces' unit, that times a length
+        /// Of the carried ones' sum and moment, by sums of absolute values.
+        double force_error = 0.0, moment_error = 0.0;
+    };
+    std::optional<Forces> forces;
 };
 
 /// What the page's 3-D view shows.
