@@ -154,6 +154,7 @@ class AttemptRunner {
             .max_vertices = growth.vertices,
             .preserve_parametrisation = attempt.plan.preserve_parametrisation,
             .symmetry = options_.symmetry,
+            .interpolate = options_.interpolate,
             .progress = told(budget_.limited())};
         if (attempt.kind != CageKind::Given) fitting.max_idle_levels = idle_levels;
         std::optional<fit::FitResult> of_parts;

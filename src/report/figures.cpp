@@ -130,10 +130,11 @@ class SectionWriter {
         const fit::FitLevel& best = f.levels[std::size_t(f.best_level)];
         if (f.best_level + 1 < static_cast<int>(f.levels.size()))
             row("taken", "level {}: later ones were no better", f.best_level);
-        if (best.chains_on_features > 0) {
+        if (best.chains_on_features > 0)
             row("sharp chains", "{} on the input's, {} from them at most", best.chains_on_features,
                 relative(best.curve_max_mm));
-        }
+        if (best.interpolated_mm)
+            row("interpolated", "all vertices' limit points to {}", length(*best.interpolated_mm));
         if (f.symmetry_axis) row("symmetry", "plane {} = 0 kept", "xyz"[*f.symmetry_axis]);
         for (const fit::WarpStage& s : f.carried)
             row("carried", "{}: {} steps to max {}, rms {}, {:.2f} s",

@@ -159,6 +159,7 @@ class Writer {
                               {"chains_on_features", l.chains_on_features},
                               {"local", l.local},
                               {"seconds", l.seconds}});
+            if (l.interpolated_mm) levels.back()["interpolated_max"] = length(*l.interpolated_mm);
         }
         const auto fairness = [](const measure::Fairness& fair) {
             return Json{{"curvature_variation", fair.curvature_variation},

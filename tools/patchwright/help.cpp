@@ -58,6 +58,7 @@ const std::map<std::string, Described> descriptions{
     {"--time-limit", {"Accuracy", "SECONDS"}},
     {"--layout", {"Control mesh", "aligned|remesh|auto"}},
     {"--target-faces", {"Control mesh", "N"}},
+    {"--interpolate", {"Control mesh", ""}},
     {"--max-levels", {"Control mesh", "N"}},
     {"--refine", {"Control mesh", "local|global"}},
     {"--symmetry", {"Control mesh", "detect|x|y|z|none"}},
@@ -109,7 +110,9 @@ const std::map<std::string, std::string> examples{
      "  patchwright compare old.igs new.step --field deviation.vtp"},
     {"inspect", "  patchwright inspect wing.igs --json -"},
     {"cage", "  patchwright cage wing.step -o cage.obj --target-faces 200"},
-    {"fit", "  patchwright fit wing.step --cage cage.obj -o fitted.obj --tolerance 0.1mm"},
+    {"fit",
+     "  patchwright fit wing.step --cage cage.obj -o fitted.obj --tolerance 0.1mm\n"
+     "  patchwright fit wing.step --cage fitted.obj -o through_points.obj --interpolate"},
     {"refit",
      "  patchwright refit fitted.obj bent_wing.step -o bent.obj\n"
      "  patchwright refit fitted.obj bent_wing.step -o bent.obj --cad-out bent.step"},
