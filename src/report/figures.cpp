@@ -21,6 +21,7 @@ class SectionWriter {
         if (report_.verdict) verdict(*report_.verdict);
         if (report_.input) input(*report_.input);
         if (report_.cage) cage(*report_.cage);
+        if (report_.polylines) polylines(*report_.polylines);
         if (report_.fit) fit(*report_.fit);
         if (report_.morph) morph(*report_.morph);
         if (report_.patches) patches(*report_.patches);
@@ -113,6 +114,11 @@ class SectionWriter {
             row("layout", "{}", report_.layout[i]);
         if (report_.layout.size() > most_bodies)
             row("layout", "and {} bodies more", report_.layout.size() - most_bodies);
+    }
+    void polylines(const mesh::PolylineSummary& p) {
+        sections_.push_back({"Polylines", {}});
+        row("size", "{}, {} of them closed, {} points", p.count, p.closed, p.points);
+        brief();
     }
     void fit(const FitFigures& f) {
         sections_.push_back({"Fit", {}});

@@ -33,6 +33,10 @@ class Writer {
         if (report_.verdict) json["verdict"] = verdict(*report_.verdict);
         if (report_.input) json["input"] = input(*report_.input);
         if (report_.cage) json["cage"] = cage(*report_.cage);
+        if (report_.polylines)
+            json["polylines"] = {{"count", report_.polylines->count},
+                                 {"closed", report_.polylines->closed},
+                                 {"points", report_.polylines->points}};
         if (report_.cage && !report_.layout.empty()) json["cage"]["layout"] = report_.layout;
         if (report_.fit) json["fit"] = fit(*report_.fit);
         if (report_.morph) json["morph"] = morph(*report_.morph);

@@ -63,6 +63,7 @@ const std::map<std::string, Described> descriptions{
     {"--refine", {"Control mesh", "local|global"}},
     {"--symmetry", {"Control mesh", "detect|x|y|z|none"}},
     {"-n", {"Control mesh", "LEVELS"}},
+    {"--scheme", {"Control mesh", "edge-split|corner-cutting|de-rham"}},
     {"--at", {"Places", "FACE,U,V"}},
     {"--at-file", {"Places", "FILE.csv"}},
     {"--gradient", {"Files", "FILE.csv"}},
@@ -131,7 +132,9 @@ const std::map<std::string, std::string> examples{
      "  patchwright eval cage.obj --at-file places.csv -o points.csv --jacobian points.mtx\n"
      "  patchwright eval cage.obj --at-file places.csv --gradient by_points.csv "
      "--adjoint by_cage.csv"},
-    {"subdivide", "  patchwright subdivide cage.obj -n 2 -o fine.obj --picture fine.png"}};
+    {"subdivide",
+     "  patchwright subdivide cage.obj -n 2 -o fine.obj --picture fine.png\n"
+     "  patchwright subdivide curve.obj -n 6 -o smooth.obj --scheme de-rham"}};
 
 /// Insertions, deletions and replacements of letters from one word to the other (Levenshtein).
 std::size_t edit_distance(const std::string& a, const std::string& b) {

@@ -10,6 +10,7 @@
 #include <patchwright/measure/field.h>
 #include <patchwright/measure/verdict.h>
 #include <patchwright/mesh/cage.h>
+#include <patchwright/mesh/polylines.h>
 #include <patchwright/patch/continuity.h>
 #include <patchwright/patch/extract.h>
 
@@ -43,8 +44,7 @@ struct FitFigures {
 };
 
 struct PatchFigures {
-    int count = 0;
-    int control_points = 0;
+    int count = 0, control_points = 0;
     std::string continuity;  ///< "g1" or "refined"
     std::string covering;    ///< "charts" or "faces"
     std::vector<patch::CapReport> caps;
@@ -143,8 +143,7 @@ struct Scene {
 
 /// A picture where there is no scene, of a mesh.
 struct Drawing {
-    std::string png;
-    std::string caption;
+    std::string png, caption;
 };
 
 /// Why a run ended without a result.
@@ -162,6 +161,7 @@ struct RunReport {
     std::optional<measure::Verdict> verdict;  ///< first and last in the text
     std::optional<InputFigures> input;
     std::optional<mesh::CageSummary> cage;
+    std::optional<mesh::PolylineSummary> polylines;
     /// Of a made cage, one line a body: what it was recognised as, or why it was remeshed.
     std::vector<std::string> layout;
     std::optional<FitFigures> fit;
