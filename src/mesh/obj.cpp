@@ -57,7 +57,8 @@ class ObjParser {
         } else if (keyword == "f") {
             face(words);
         } else if (keyword == "l") {
-            lines_.push_back({std::string(line), line_number_, static_cast<int>(coordinates_.size() / 3)});
+            lines_.push_back(
+                {std::string(line), line_number_, static_cast<int>(coordinates_.size() / 3)});
         } else if (keyword == "g" || keyword == "o") {
             group(line, words);
         } else if (keyword == "t") {

@@ -8,7 +8,7 @@ import unittest
 from command_line import CliTest, run, SAMPLES, WING
 
 CAGE = WING / "wing_cage.obj"
-CUBE = SAMPLES / "cages" / "cube.obj"
+CUBE, TORUS = (SAMPLES / "cages" / f"{name}.obj" for name in ("cube", "torus"))
 
 
 class Interpolates(CliTest):
@@ -63,6 +63,42 @@ class Interpolates(CliTest):
         self.report("subdivide", bent, "-n", 1, "-o", self.path("fine.obj"))
         report = self.report("fit", step, "--cage", self.path("fine.obj"), "--interpolate", "-o", self.path("out.obj"), "--tolerance", "0.1rel")
         self.assertLessEqual(report["fit"]["levels"][0]["interpolated_max"], 1e-9 * report["input"]["diagonal"])
+
+
+class FootPointsOfTheKernel(CliTest):
+    def test_a_fit_has_the_same_figures(self):
+        """On a small body; tests/occ has the sample wing."""
+        step = self.path("torus.step")
+        self.report("export", TORUS, "-o", step)
+        larger = ["v " + " ".join(repr(1.01 * float(x)) for x in line.split()[1:]) if line.startswith("v ") else line
+                  for line in TORUS.read_text().splitlines()]
+        cage = self.path("larger.obj", "\n".join(larger) + "\n")
+        a, b = (self.report("fit", step, "--cage", cage, "-o", self.path(f"{way}.obj"), "--tolerance", "1e-2rel", "--max-levels", 0,
+                            "--foot-points", way) for way in ("search", "kernel"))
+        self.assertEqual(b["options"]["foot-points"], "kernel")
+        for of_search, of_kernel in zip(a["fit"]["levels"], b["fit"]["levels"]):
+            self.assertEqual(of_search["projections"], of_kernel["projections"])
+            for figure in ("max", "rms", "reverse_max", "curve_max"):
+                self.assertAlmostEqual(of_search[figure], of_kernel[figure], delta=1e-9 * a["input"]["diagonal"])
+
+    def test_comparing_has_the_same_figures(self):
+        """Two patches with one corner at two heights."""
+        for name, height in (("a", 20), ("b", 22)):
+            sheet = self.path(f"{name}.obj", f"v 0 0 0\nv 100 0 0\nv 100 100 {height}\nv 0 100 0\nf 1 2 3 4\n")
+            self.report("export", sheet, "-o", self.path(f"{name}.step"))
+        compared = [self.report("compare", self.path("a.step"), self.path("b.step"), "--samples", 200, "--foot-points", way)
+                    for way in ("search", "kernel")]
+        for side in ("output_to_input", "input_to_output"):
+            a, b = (report["deviation"][side] for report in compared)
+            self.assertEqual(a["samples"], b["samples"])
+            self.assertGreater(a["max"], 0.1)
+            for figure in ("max", "rms", "p50", "p95"):
+                self.assertAlmostEqual(a[figure], b[figure], delta=1e-9 * compared[0]["input"]["diagonal"])
+
+    def test_refused(self):
+        stl = self.path("one.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 9 0 0\nvertex 0 9 0\nendloop\nendfacet\nendsolid\n")
+        self.check_refused(["fit", stl, "--cage", CUBE, "-o", "{out}.obj", "--foot-points", "kernel"], 2, "one.stl", "triangles")
+        self.check_refused(["fit", WING / "wing.igs", "-o", "{out}.obj", "--foot-points", "occ"], 1, "'occ'", "search, kernel")
 
 
 if __name__ == "__main__":

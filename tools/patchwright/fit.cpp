@@ -69,6 +69,7 @@ void register_fit(CLI::App& app, int& exit_code) {
         "put the limit points of all vertices on the model, in place of least squares "
         "over many samples and refinement");
     add_input_options(*command, options->read);
+    add_foot_point_option(*command, options->read);
     add_cage_options(*command, options->cage);
     add_fit_options(*command, options->fit);
     add_common_options(*command, options->common, true);

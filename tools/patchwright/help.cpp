@@ -52,6 +52,7 @@ const std::map<std::string, Described> descriptions{
     {"--allow-loss", {"Reading", ""}},
     {"--read-limit", {"Reading", "SECONDS"}},
     {"--sharp-angle", {"Reading", "DEGREES"}},
+    {"--foot-points", {"Accuracy", "search|kernel"}},
     {"--no-heal", {"Reading", ""}},
     {"--tolerance", {"Accuracy", "LENGTH"}},
     {"--samples", {"Accuracy", "N"}},
