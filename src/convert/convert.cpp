@@ -154,6 +154,7 @@ class AttemptRunner {
             .max_vertices = growth.vertices,
             .preserve_parametrisation = attempt.plan.preserve_parametrisation,
             .symmetry = options_.symmetry,
+            .interpolate = options_.interpolate,
             .progress = told(budget_.limited())};
         if (attempt.kind != CageKind::Given) fitting.max_idle_levels = idle_levels;
         std::optional<fit::FitResult> of_parts;
@@ -235,7 +236,8 @@ class AttemptRunner {
         const occ::CadModel& model = written ? *written : shape.model;
         attempt.patches = shape.patches;
         attempt.shape = inspect_shape(shape, model, output_.string(), progress);
-        attempt.output = std::make_shared<const occ::CadReference>(model);
+        attempt.output = std::make_shared<const occ::CadReference>(
+            model, occ::ReferenceOptions{.foot_points = source_.options.foot_points});
         attempt.deviation =
             compare(*attempt.output, surface(), options_.samples, tolerance, progress);
         attempt.folds = folds_of(shape);

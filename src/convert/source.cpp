@@ -97,6 +97,11 @@ report::SolidFigures mesh_figures(const std::string& file, const geom::MeshRefer
 }
 
 Source read_mesh(const std::string& file, const SourceOptions& options) {
+    if (options.foot_points == occ::FootPoints::Kernel)
+        throw base::InputError(
+            file +
+            ": the CAD kernel has no foot points of triangles; leave them to the "
+            "search");
     const base::LengthUnit unit = options.unit.value_or(base::LengthUnit::Millimetre);
     mesh::TriangleFile result = mesh::read_triangles(file, base::millimetres_per(unit));
     geom::MeshReferenceOptions reference;
@@ -156,6 +161,7 @@ const geom::ModelSurface& Source::surface() const {
 
 occ::ReferenceOptions Source::reference_options(base::Progress progress) const {
     occ::ReferenceOptions reference{.progress = std::move(progress)};
+    reference.foot_points = options.foot_points;
     if (options.sharp_angle_rad) reference.sharp_angle_rad = *options.sharp_angle_rad;
     return reference;
 }

@@ -7,6 +7,7 @@
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
 #include <patchwright/grid/plan.h>
+#include <patchwright/subd/refine.h>
 
 #include <fmt/format.h>
 
@@ -332,6 +333,31 @@ Plan make_plan(const BlockLayout& layout, const PlanOptions& options) {
         }
     });
     return plan;
+}
+
+Plan with_points(const Plan& plan, const geom::Points& points) {
+    const std::shared_ptr<const mesh::Topology>& given = plan.layout.given;
+    if (points.rows() != given->vertex_count())
+        throw base::InvalidArgument(fmt::format("{} points for a cage of {} vertices",
+                                                points.rows(), given->vertex_count()));
+    Plan result = plan;
+    mesh::Cage& cage = result.layout.cage;
+    cage.points =
+        cage.topology == given ? points : subd::refine(mesh::Cage{given, points}, 1).points;
+    const subd::LimitEvaluator limit(cage.topology);
+    const auto corners = corner_points(result.layout, limit);
+    const mesh::Topology& t = *cage.topology;
+    base::parallel_for(result.edges.size(), 1, [&](std::size_t first, std::size_t last) {
+        for (std::size_t e = first; e < last; ++e) {
+            const BlockEdge& along = result.layout.edges[e];
+            const EdgeLengths lengths(limit, cage, along);
+            result.edges[e].length_mm = lengths.arc().total();
+            evaluate_points(lengths.curve(), result.edges[e],
+                            corners.at(t.vertex(along.run.front())),
+                            corners.at(t.vertex(t.next(along.run.back()))));
+        }
+    });
+    return result;
 }
 
 Plan coarsened(const Plan& plan, int levels) {

@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstring>
 #include <future>
+#include <optional>
 
 namespace patchwright::grid {
 
@@ -41,6 +42,8 @@ GridFormat grid_format(const std::filesystem::path& file) {
 GridQuality write_grid(const BlockSource& grid, const std::filesystem::path& file,
                        base::OutputSet& outputs, const GridWriteOptions& options) {
     const GridFormat format = grid_format(file);
+    if (options.velocities != nullptr && grid.layers() > 1)
+        throw base::InvalidArgument("velocities are those of surface grids");
     require_memory(grid.plan(), grid.layers(), 0);
     const auto pending = std::make_shared<base::PendingFile>(file);
     const auto writer = format == GridFormat::Cgns     ? make_cgns_writer(grid, *pending, options)
@@ -49,6 +52,8 @@ GridQuality write_grid(const BlockSource& grid, const std::filesystem::path& fil
     const double factor = 1.0 / base::millimetres_per(options.unit);
     QualityMeter meter(grid);
     const BlockEvaluator evaluator(grid.plan());
+    std::optional<BlockEvaluator> velocity;
+    if (options.velocities != nullptr) velocity.emplace(*options.velocities);
     BlockData buffers[2];  // while one is written the next is evaluated
     std::future<void> writing;
     const int count = grid.block_count();
@@ -57,7 +62,11 @@ GridQuality write_grid(const BlockSource& grid, const std::filesystem::path& fil
         BlockData& buffer = buffers[b % 2];
         grid.evaluate(b, buffer.points);
         meter.add(b, buffer.points, writer->wants_fields() ? &buffer.fields : nullptr);
-        if (writer->wants_places()) evaluator.places(b, buffer.places);
+        if (writer->wants_point_data()) {
+            evaluator.places(b, buffer.places);
+            if (velocity) velocity->evaluate(b, buffer.velocities);
+            scale(buffer.velocities, factor);
+        }
         scale(buffer.points, factor);
         if (writing.valid()) writing.get();
         writing =

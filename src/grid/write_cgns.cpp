@@ -45,6 +45,7 @@ class CgnsWriter : public GridWriter {
         check(cg_famname_write(family_of(block).c_str()));
         // Of volumes the layer on the surface.
         file_.write_places(zone, data.places, std::array<cgsize_t, 2>{size[0], size[1]});
+        write_velocities(zone, data.velocities);
         write_connections(block, zone, size);
         write_conditions(block, zone, size);
     }
@@ -83,6 +84,20 @@ class CgnsWriter : public GridWriter {
                                   int layers) const {
         if (dimension_ == 2) return {begin[0] + 1, begin[1] + 1, end[0] + 1, end[1] + 1, 0, 0};
         return {begin[0] + 1, begin[1] + 1, 1, end[0] + 1, end[1] + 1, layers};
+    }
+    /// As the standard has it for grids that deform with time.
+    void write_velocities(int zone, const BlockPoints& velocities) {
+        if (velocities.count() == 0) return;
+        int motion = 0;
+        check(cg_arbitrary_motion_write(file_.handle(), file_.base(), zone, "Motion",
+                                        CGNS_ENUMV(DeformingGrid), &motion));
+        check(cg_goto(file_.handle(), file_.base(), "Zone_t", zone, "ArbitraryGridMotion_t", motion,
+                      "end"));
+        const cgsize_t sizes[] = {velocities.ni, velocities.nj};
+        constexpr const char* names[] = {"GridVelocityX", "GridVelocityY", "GridVelocityZ"};
+        for (std::size_t c = 0; c < 3; ++c)
+            check(cg_array_write(names[c], CGNS_ENUMV(RealDouble), 2, sizes,
+                                 velocities.coordinates[c].data()));
     }
     void write_connections(int block, int zone, const std::array<int, 3>& size) {
         int count = 0;

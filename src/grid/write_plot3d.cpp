@@ -50,7 +50,7 @@ class Plot3dWriter : public GridWriter {
         end_record();
     }
 
-    [[nodiscard]] bool wants_places() const override { return false; }
+    [[nodiscard]] bool wants_point_data() const override { return false; }
 
     void write(int, const BlockData& data) override {
         const BlockPoints& points = data.points;

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 
 namespace patchwright::grid {
@@ -28,11 +29,13 @@ class VtkWriter : public GridWriter {
     void write(int block, const BlockData& data) override {
         const BlockPoints& points = data.points;
         OutputStream stream(file_.part(block_file(block)), file_.target().given);
-        std::vector<Array> places{array("cage face", data.places.faces, points.nk),
-                                  array("cage u", data.places.u, points.nk),
-                                  array("cage v", data.places.v, points.nk)};
+        std::vector<Array> at_points{array("cage face", data.places.faces, points.nk),
+                                     array("cage u", data.places.u, points.nk),
+                                     array("cage v", data.places.v, points.nk)};
         if (!data.places.sectors.empty())
-            places.push_back(array("cage sector", data.places.sectors, points.nk));
+            at_points.push_back(array("cage sector", data.places.sectors, points.nk));
+        const std::vector<double> velocities = rows_of(data.velocities, 0, data.velocities.count());
+        if (!velocities.empty()) at_points.push_back(array("velocity", velocities, 1, 3));
         std::vector<Array> fields{array("minimum angle [degrees]", data.fields.min_angle_deg),
                                   array("skewness", data.fields.skewness),
                                   array("aspect ratio", data.fields.aspect)};
@@ -46,12 +49,12 @@ class VtkWriter : public GridWriter {
             "<Piece Extent=\"{}\">\n<Points><DataArray type=\"Float64\" Name=\"Points\" "
             "NumberOfComponents=\"3\" format=\"appended\" offset=\"0\"/></Points>\n",
             byte_order, extent, extent);
-        text += "<PointData>\n" + heads(places, offset) + "</PointData>\n";
+        text += "<PointData>\n" + heads(at_points, offset) + "</PointData>\n";
         text += "<CellData>\n" + heads(fields, offset) + "</CellData>\n";
         text += "</Piece>\n</StructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
         stream.write(text);
         write_points(stream, points);
-        for (const std::vector<Array>* arrays : {&places, &fields}) {
+        for (const std::vector<Array>* arrays : {&at_points, &fields}) {
             for (const Array& array : *arrays) {
                 const std::uint64_t bytes = array.times * array.bytes;
                 stream.write(&bytes, sizeof bytes);
@@ -88,21 +91,27 @@ class VtkWriter : public GridWriter {
         const char *type, *name;
         const void* values;
         std::uint64_t bytes, times;  ///< of the values, which are written so often
+        int components;
     };
     template <class T>
-    static Array array(const char* name, const std::vector<T>& values, int times = 1) {
+    static Array array(const char* name, const std::vector<T>& values, int times = 1,
+                       int components = 1) {
         const char* type = std::is_same_v<T, double>  ? "Float64"
                            : std::is_same_v<T, float> ? "Float32"
                                                       : "Int32";
-        return {type, name, values.data(), sizeof(T) * values.size(), std::uint64_t(times)};
+        return {type,      name, values.data(), sizeof(T) * values.size(), std::uint64_t(times),
+                components};
     }
     /// @param offset  of the first array's values; raised to what follows the last one's
     static std::string heads(const std::vector<Array>& arrays, std::uint64_t& offset) {
         std::string text;
         for (const Array& array : arrays) {
             text += fmt::format(
-                "<DataArray type=\"{}\" Name=\"{}\" format=\"appended\" offset=\"{}\"/>\n",
-                array.type, array.name, offset);
+                "<DataArray type=\"{}\" Name=\"{}\"{} format=\"appended\" offset=\"{}\"/>\n",
+                array.type, array.name,
+                array.components == 1 ? ""
+                                      : fmt::format(" NumberOfComponents=\"{}\"", array.components),
+                offset);
             offset += sizeof(std::uint64_t) + array.times * array.bytes;
         }
         return text;
@@ -111,19 +120,22 @@ class VtkWriter : public GridWriter {
     [[nodiscard]] std::string block_file(int block) const {
         return fmt::format("{0}/{0}_{1}.vts", name_, block);
     }
+    /// x, y, z of these points, one after the other.
+    static std::vector<double> rows_of(const BlockPoints& points, std::size_t begin,
+                                       std::size_t end) {
+        std::vector<double> rows(3 * (end - begin));
+        for (std::size_t n = begin; n < end; ++n)
+            for (std::size_t c = 0; c < 3; ++c)
+                rows[3 * (n - begin) + c] = points.coordinates[c][n];
+        return rows;
+    }
     static void write_points(OutputStream& stream, const BlockPoints& points) {
         const std::uint64_t bytes = 3 * sizeof(double) * points.count();
         stream.write(&bytes, sizeof bytes);
-        std::vector<double> rows;
         constexpr std::size_t part = 1 << 15;
         for (std::size_t begin = 0; begin < points.count(); begin += part) {
-            const std::size_t end = std::min(points.count(), begin + part);
-            rows.resize(3 * (end - begin));
-            for (std::size_t n = begin; n < end; ++n) {
-                for (std::size_t c = 0; c < 3; ++c) {
-                    rows[3 * (n - begin) + c] = points.coordinates[c][n];
-                }
-            }
+            const std::vector<double> rows =
+                rows_of(points, begin, std::min(points.count(), begin + part));
             stream.write(rows.data(), sizeof(double) * rows.size());
         }
     }

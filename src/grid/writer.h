@@ -11,7 +11,9 @@ namespace patchwright::grid {
 struct BlockData {
     BlockPoints points;  ///< in the file's unit
     CellFields fields;   ///< where wants_fields()
-    BlockPlaces places;  ///< of its surface, where wants_places()
+    BlockPlaces places;  ///< of its surface, where wants_point_data()
+    /// In the file's unit a unit of time, where wants_point_data() and the options have them.
+    BlockPoints velocities;
 };
 
 class GridWriter {
@@ -19,7 +21,7 @@ class GridWriter {
     virtual ~GridWriter() = default;
     /// Whether write() uses the fields.
     [[nodiscard]] virtual bool wants_fields() const { return false; }
-    [[nodiscard]] virtual bool wants_places() const { return true; }
+    [[nodiscard]] virtual bool wants_point_data() const { return true; }
     /// Blocks come in order.
     virtual void write(int block, const BlockData& data) = 0;
     /// Ends the file and checks what can be read back.

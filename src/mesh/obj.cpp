@@ -29,7 +29,8 @@ class ObjParser {
         if (input_.group_names.empty()) input_.face_group.clear();
         geom::Points points =
             Eigen::Map<const geom::Points>(coordinates_.data(), input_.vertex_count, 3);
-        return {std::move(input_), std::move(points), is_tagged_};
+        std::vector<RawObj::LineElement> lines = line_elements();
+        return {std::move(input_), std::move(points), is_tagged_, std::move(lines)};
     }
 
   private:
@@ -55,6 +56,9 @@ class ObjParser {
             vertex(words);
         } else if (keyword == "f") {
             face(words);
+        } else if (keyword == "l") {
+            lines_.push_back(
+                {std::string(line), line_number_, static_cast<int>(coordinates_.size() / 3)});
         } else if (keyword == "g" || keyword == "o") {
             group(line, words);
         } else if (keyword == "t") {
@@ -108,13 +112,8 @@ class ObjParser {
     void face(const std::vector<std::string_view>& words) {
         const int known = static_cast<int>(coordinates_.size() / 3);
         for (std::size_t i = 1; i < words.size(); ++i) {
-            const int index = integer(words[i].substr(0, words[i].find('/')));
-            const int v = index < 0 ? known + index : index - 1;
-            if (v < 0 || v >= known) {
-                fail("face {} names vertex {}, but {} vertices stand before it",
-                     input_.face_sizes.size() + 1, index, known);
-            }
-            input_.face_vertices.push_back(v);
+            input_.face_vertices.push_back(
+                vertex_of(words[i], known, "face", input_.face_sizes.size() + 1));
         }
         if (words.size() < 4) {
             fail("face {} has {} vertices; at least 3 are needed", input_.face_sizes.size() + 1,
@@ -123,6 +122,31 @@ class ObjParser {
         input_.face_sizes.push_back(static_cast<int>(words.size()) - 1);
         input_.face_group.push_back(group_);
         input_.lines.faces.push_back(line_number_);
+    }
+
+    /// @param known  vertices before the element
+    int vertex_of(std::string_view word, int known, std::string_view kind, std::size_t number) {
+        const int index = integer(word.substr(0, word.find('/')));
+        const int v = index < 0 ? known + index : index - 1;
+        if (v < 0 || v >= known)
+            fail("{} {} names vertex {}, but {} vertices stand before it", kind, number, index,
+                 known);
+        return v;
+    }
+
+    /// Beside faces lines mean nothing, and nobody looks at them.
+    std::vector<RawObj::LineElement> line_elements() {
+        std::vector<RawObj::LineElement> elements;
+        if (!input_.face_sizes.empty()) return elements;
+        for (const auto& [text, number, known] : lines_) {
+            line_number_ = number;
+            const auto words = words_of(text);
+            RawObj::LineElement& element = elements.emplace_back();
+            element.line = number;
+            for (std::size_t i = 1; i < words.size(); ++i)
+                element.vertices.push_back(vertex_of(words[i], known, "polyline", elements.size()));
+        }
+        return elements;
     }
 
     void group(std::string_view line, const std::vector<std::string_view>& words) {
@@ -194,6 +218,11 @@ class ObjParser {
     bool is_tagged_ = false;
     std::map<std::string, int> group_numbers_;
     std::vector<double> coordinates_;
+    struct LineStatement {
+        std::string text;
+        int line, known_vertices;
+    };
+    std::vector<LineStatement> lines_;
     TopologyInput input_;
 };
 

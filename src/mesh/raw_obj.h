@@ -16,6 +16,11 @@ struct RawObj {
     TopologyInput input;
     geom::Points points;
     bool is_tagged = false;  ///< with what only a control mesh has
+    struct LineElement {
+        std::vector<int> vertices;  ///< that there are, unless the file has faces
+        int line = 0;               ///< of the file
+    };
+    std::vector<LineElement> lines;
 };
 
 /// @throw InputError naming file and line of a malformed statement, or when there are no vertices

@@ -66,6 +66,8 @@ PyModel read_model(const std::string& file, const py::dict& given, py::object pr
     if (const auto unit = options.text("input_unit")) reading.unit = base::parse_length_unit(*unit);
     if (const auto degrees = options.number("sharp_angle", 0.1, 179.0))
         reading.sharp_angle_rad = *degrees * M_PI / 180.0;
+    reading.foot_points = options.choice<occ::FootPoints>(
+        "foot_points", {{"search", occ::FootPoints::Search}, {"kernel", occ::FootPoints::Kernel}});
     reading.limits.time_s = options.number("read_limit", 1e-9, 1e7);
     Call call(std::move(progress));
     return call.run(file, [&] {

@@ -166,7 +166,8 @@ py::tuple fit_model(const PyModel& model, const std::optional<PyCage>& given, co
     const Options options(named);
     const convert::Source& source = *model.source;
     refuse_control_mesh(source);
-    const convert::ConvertOptions fitting = convert_options(options, source, cage_of(given));
+    convert::ConvertOptions fitting = convert_options(options, source, cage_of(given));
+    fitting.interpolate = options.flag("interpolate");
     report::RunReport report = report_of(source, options, "fit");
     Call call(std::move(progress));
     const base::Budget budget = budget_of(options, call.progress());

@@ -21,6 +21,7 @@ class SectionWriter {
         if (report_.verdict) verdict(*report_.verdict);
         if (report_.input) input(*report_.input);
         if (report_.cage) cage(*report_.cage);
+        if (report_.polylines) polylines(*report_.polylines);
         if (report_.fit) fit(*report_.fit);
         if (report_.morph) morph(*report_.morph);
         if (report_.family) family(*report_.family);
@@ -115,6 +116,11 @@ class SectionWriter {
         if (report_.layout.size() > most_bodies)
             row("layout", "and {} bodies more", report_.layout.size() - most_bodies);
     }
+    void polylines(const mesh::PolylineSummary& p) {
+        sections_.push_back({"Polylines", {}});
+        row("size", "{}, {} of them closed, {} points", p.count, p.closed, p.points);
+        brief();
+    }
     void fit(const FitFigures& f) {
         sections_.push_back({"Fit", {}});
         row("tolerance", "{}", relative(f.tolerance));
@@ -131,10 +137,11 @@ class SectionWriter {
         const fit::FitLevel& best = f.levels[std::size_t(f.best_level)];
         if (f.best_level + 1 < static_cast<int>(f.levels.size()))
             row("taken", "level {}: later ones were no better", f.best_level);
-        if (best.chains_on_features > 0) {
+        if (best.chains_on_features > 0)
             row("sharp chains", "{} on the input's, {} from them at most", best.chains_on_features,
                 relative(best.curve_max_mm));
-        }
+        if (best.interpolated_mm)
+            row("interpolated", "all vertices' limit points to {}", length(*best.interpolated_mm));
         if (f.symmetry_axis) row("symmetry", "plane {} = 0 kept", "xyz"[*f.symmetry_axis]);
         for (const fit::WarpStage& s : f.carried)
             row("carried", "{}: {} steps to max {}, rms {}, {:.2f} s",
@@ -149,10 +156,19 @@ class SectionWriter {
     }
     void morph(const MorphFigures& m) {
         sections_.push_back({"Morph", {}});
+        const auto largest = [&](double MorphFigures::Step::*figure) {
+            double value = 0.0;
+            for (const MorphFigures::Step& s : m.steps) value = std::max(value, s.*figure);
+            return length(value);
+        };
         row("displaced", "{} points by up to {}, control points by up to {}", m.points,
-            length(m.largest_displacement), length(m.largest_moved));
+            largest(&MorphFigures::Step::largest_displacement),
+            largest(&MorphFigures::Step::largest_moved));
         brief();
         row("extrapolation", "{:.3g}", m.extrapolation);
+        for (std::size_t i = 0; m.steps.size() > 1 && i < m.steps.size(); ++i)
+            row(i == 0 ? "steps" : "", "{}: control points by up to {}", m.steps[i].file,
+                length(m.steps[i].largest_moved));
         if (!m.forces) return;
         const geom::Vec3& f = m.forces->given.force;
         row("forces", "{} places, sum ({:.4g}, {:.4g}, {:.4g}), conserved to {:.1g}",

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 namespace patchwright::report {
@@ -32,6 +33,10 @@ class Writer {
         if (report_.verdict) json["verdict"] = verdict(*report_.verdict);
         if (report_.input) json["input"] = input(*report_.input);
         if (report_.cage) json["cage"] = cage(*report_.cage);
+        if (report_.polylines)
+            json["polylines"] = {{"count", report_.polylines->count},
+                                 {"closed", report_.polylines->closed},
+                                 {"points", report_.polylines->points}};
         if (report_.cage && !report_.layout.empty()) json["cage"]["layout"] = report_.layout;
         if (report_.fit) json["fit"] = fit(*report_.fit);
         if (report_.morph) json["morph"] = morph(*report_.morph);
@@ -129,10 +134,24 @@ class Writer {
         return {{"members", members}, {"modes", modes}};
     }
     Json morph(const MorphFigures& m) const {
+        double displacement = 0.0, moved = 0.0;
+        Json steps = Json::array();
+        for (const MorphFigures::Step& s : m.steps) {
+            displacement = std::max(displacement, s.largest_displacement);
+            moved = std::max(moved, s.largest_moved);
+            Json step = {{"file", s.file},
+                         {"largest_displacement", length(s.largest_displacement)},
+                         {"largest_moved", length(s.largest_moved)}};
+            if (s.verdict) step["verdict"] = verdict(*s.verdict);
+            if (s.solid) step["solid"] = solid(*s.solid);
+            if (s.grid) step["grid"] = grid(*s.grid);
+            steps.push_back(step);
+        }
         Json json = {{"points", m.points},
-                     {"largest_displacement", length(m.largest_displacement)},
-                     {"largest_moved", length(m.largest_moved)},
-                     {"extrapolation", m.extrapolation}};
+                     {"largest_displacement", length(displacement)},
+                     {"largest_moved", length(moved)},
+                     {"extrapolation", m.extrapolation},
+                     {"steps", steps}};
         if (!m.forces) return json;
         const geom::Vec3& f = m.forces->given.force;
         json["forces"] = {{"places", m.forces->places},
@@ -162,6 +181,7 @@ class Writer {
                               {"chains_on_features", l.chains_on_features},
                               {"local", l.local},
                               {"seconds", l.seconds}});
+            if (l.interpolated_mm) levels.back()["interpolated_max"] = length(*l.interpolated_mm);
         }
         const auto fairness = [](const measure::Fairness& fair) {
             return Json{{"curvature_variation", fair.curvature_variation},

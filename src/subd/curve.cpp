@@ -10,8 +10,11 @@ namespace patchwright::subd {
 
 namespace {
 
+/// Whether edges are cut and vertices lost; if not, edges are split and vertices stay.
+bool cuts_corners(CurveScheme scheme) { return scheme != CurveScheme::CubicEdgeSplit; }
+
 void check(CurveScheme scheme, const Polygon& polygon) {
-    const int least = polygon.closed || scheme == CurveScheme::CornerCutting ? 3 : 2;
+    const int least = polygon.closed || cuts_corners(scheme) ? 3 : 2;
     if (polygon.points < least) {
         throw base::InvalidArgument(
             fmt::format("a polygon of {} points has no curve; at least {}", polygon.points, least));
@@ -37,6 +40,32 @@ Eigen::Matrix<double, 3, 4> quadratic_basis(double t) {
     return b;
 }
 
+/// The span of three points A, B, C, from the middle of AB to that of BC. Cutting gives four
+/// points, of which the first and the last three have the halves of the span in the same way; the
+/// edges of these are a third of (AB, AB + BC) and of (AB + BC, BC), so that tangents at the
+/// middles follow the tree of Stern and Brocot.
+Eigen::Matrix<double, 3, 4> de_rham_basis(double t) {
+    Eigen::Matrix<double, 4, 3> cut;
+    cut << 2, 1, 0, 1, 2, 0, 0, 2, 1, 0, 1, 2;
+    cut /= 3.0;
+    Eigen::Matrix3d window = Eigen::Matrix3d::Identity();  // its points, over A, B, C
+    Eigen::Vector2d before(1, 0), after(0, 1);             // its edges, over AB, BC
+    while (t > 0.0 && t < 1.0) {
+        t *= 2.0;
+        const bool second = t >= 1.0;
+        window = (cut.middleRows<3>(second ? 1 : 0) * window).eval();
+        (second ? before : after) = before + after;
+        if (second) t -= 1.0;
+    }
+    const bool at_end = t == 1.0;
+    const Eigen::Vector2d edge = at_end ? after : before;
+    const double along = edge[1] / edge.sum();
+    Eigen::Matrix<double, 3, 4> b = Eigen::Matrix<double, 3, 4>::Zero();
+    b.row(0).head<3>() = 0.5 * (window.row(at_end ? 2 : 0) + window.row(1));
+    b.row(1).head<3>() << along - 1.0, 1.0 - 2.0 * along, along;
+    return b;
+}
+
 void add(CurveMask& mask, int point, const Eigen::Vector3d& weights) {
     int k = 0;
     while (k < mask.count && mask.points[std::size_t(k)] != point) ++k;
@@ -48,7 +77,7 @@ void add(CurveMask& mask, int point, const Eigen::Vector3d& weights) {
 
 int span_count(CurveScheme scheme, const Polygon& polygon) {
     if (polygon.closed) return polygon.points;
-    return polygon.points - (scheme == CurveScheme::CubicEdgeSplit ? 1 : 2);
+    return polygon.points - (cuts_corners(scheme) ? 2 : 1);
 }
 
 geom::Points refine_curve(CurveScheme scheme, const geom::Points& points, bool closed) {
@@ -56,11 +85,12 @@ geom::Points refine_curve(CurveScheme scheme, const geom::Points& points, bool c
     check(scheme, {n, closed});
     const int edges = closed ? n : n - 1;
     const auto at = [&](int i) { return points.row((i + n) % n); };
-    if (scheme == CurveScheme::CornerCutting) {
+    if (cuts_corners(scheme)) {
+        const double cut = scheme == CurveScheme::DeRham ? 1.0 / 3.0 : 0.25;
         geom::Points fine(2 * edges, 3);
         for (int i = 0; i < edges; ++i) {
-            fine.row(2 * i) = 0.75 * at(i) + 0.25 * at(i + 1);
-            fine.row(2 * i + 1) = 0.25 * at(i) + 0.75 * at(i + 1);
+            fine.row(2 * i) = (1.0 - cut) * at(i) + cut * at(i + 1);
+            fine.row(2 * i + 1) = cut * at(i) + (1.0 - cut) * at(i + 1);
         }
         return fine;
     }
@@ -82,8 +112,10 @@ CurveMask curve_mask(CurveScheme scheme, const Polygon& polygon, double t) {
     }
     const int span = std::min(static_cast<int>(t), spans - 1);
     const bool cubic = scheme == CurveScheme::CubicEdgeSplit;
-    const Eigen::Matrix<double, 3, 4> basis =
-        cubic ? cubic_basis(t - span) : quadratic_basis(t - span);
+    const Eigen::Matrix<double, 3, 4> basis = cubic ? cubic_basis(t - span)
+                                              : scheme == CurveScheme::DeRham
+                                                  ? de_rham_basis(t - span)
+                                                  : quadratic_basis(t - span);
     const int first = cubic ? span - 1 : span;
     const int n = polygon.points;
     CurveMask mask;

@@ -2,8 +2,6 @@
 
 Usage: eval_test.py PATCHWRIGHT SAMPLES_DIR [unittest arguments]
 """
-import ctypes
-import ctypes.util
 import sys
 import unittest
 
@@ -13,6 +11,7 @@ import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
 from command_line import SAMPLES, WING, CliTest, run
+from grid_files import cgns_arrays, vtk_blocks
 
 CAGES = [SAMPLES / "cages" / f"{name}.obj" for name in ("cube", "cube_rim", "torus", "dish")] + [WING / "wing_cage.obj"]
 
@@ -27,40 +26,6 @@ def points_of(cage):
 
 def table(file):
     return numpy.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
-
-
-def vtk_blocks(file):
-    """Name, points and places of each block."""
-    reader = vtk.vtkXMLMultiBlockDataReader()
-    reader.SetFileName(str(file))
-    reader.Update()
-    blocks = reader.GetOutput()
-    for b in range(blocks.GetNumberOfBlocks()):
-        data = blocks.GetBlock(b).GetPointData()
-        arrays = [data.GetArray("cage " + name) for name in ("face", "u", "v", "sector")]
-        name = blocks.GetMetaData(b).Get(vtk.vtkCompositeDataSet.NAME())
-        yield name, vtk_to_numpy(blocks.GetBlock(b).GetPoints().GetData()), [vtk_to_numpy(a) for a in arrays if a]
-
-
-def cgns_places(file):
-    """Per zone's name the arrays in its CagePlaces, as the CGNS library reads them."""
-    library = ctypes.CDLL(ctypes.util.find_library("cgns"))
-    handle, count = ctypes.c_int(), ctypes.c_int()
-    assert library.cg_open(str(file).encode(), 0, ctypes.byref(handle)) == 0
-    library.cg_nzones(handle, 1, ctypes.byref(count))
-    zones = {}
-    for zone in range(1, count.value + 1):
-        name, kind, rank, sizes = ctypes.create_string_buffer(33), ctypes.c_int(), ctypes.c_int(), (ctypes.c_int * 12)()
-        library.cg_zone_read(handle, 1, zone, name, sizes)
-        arrays = zones[name.value.decode()] = {}
-        assert library.cg_goto(handle, 1, b"Zone_t", zone, b"UserDefinedData_t", 1, b"end") == 0
-        library.cg_narrays(ctypes.byref(count))
-        for a in range(1, count.value + 1):
-            library.cg_array_info(a, name, ctypes.byref(kind), ctypes.byref(rank), sizes)
-            values = arrays[name.value.decode()] = numpy.empty(int(numpy.prod(sizes[:rank.value])), numpy.int32 if kind.value == 2 else numpy.float64)
-            assert library.cg_array_read(a, values.ctypes.data_as(ctypes.c_void_p)) == 0
-    library.cg_close(handle)
-    return zones
 
 
 class Places(CliTest):
@@ -142,8 +107,8 @@ class Places(CliTest):
             with self.subTest(cage=cage.name):
                 for name in ("grid.vtm", "grid.cgns"):
                     self.assertEqual(run("grid", cage, "-o", self.path(name), "--points", 6).returncode, 0)
-                zones = cgns_places(self.path("grid.cgns"))
-                for block, points, places in vtk_blocks(self.path("grid.vtm")):
+                zones = cgns_arrays(self.path("grid.cgns"), "UserDefinedData_t")
+                for block, _, points, places, _ in vtk_blocks(self.path("grid.vtm")):
                     self.assertEqual(len(places), 4 if cage == pyramid else 3)
                     numpy.savetxt(self.path("places.csv"), numpy.column_stack(places), fmt="%.17g", delimiter=",")
                     self.eval(cage, "-o", self.path("points.csv"))
@@ -177,8 +142,8 @@ class Places(CliTest):
         run("grid", cage, "-o", self.path("surface.vtm"), "--points", 6)
         for name in ("grid.vtm", "grid.cgns"):
             self.assertEqual(run("grid", cage, "-o", self.path(name), "--points", 6, "--layers", 3, "--layer-height", "1mm").returncode, 0)
-        zones = cgns_places(self.path("grid.cgns"))
-        for (block, points, places), (_, layers, repeated) in zip(vtk_blocks(self.path("surface.vtm")), vtk_blocks(self.path("grid.vtm"))):
+        zones = cgns_arrays(self.path("grid.cgns"), "UserDefinedData_t")
+        for (block, _, points, places, _), (_, _, layers, repeated, _) in zip(vtk_blocks(self.path("surface.vtm")), vtk_blocks(self.path("grid.vtm"))):
             self.assertEqual(len(layers), 4 * len(points))
             for name, values, values_of_layers in zip(("Face", "U", "V"), places, repeated):
                 numpy.testing.assert_array_equal(numpy.tile(values, 4), values_of_layers)

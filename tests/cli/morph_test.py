@@ -9,6 +9,7 @@ import unittest
 import numpy
 
 from command_line import CliTest, run, SAMPLES, WING
+from grid_files import cgns_arrays, vtk_blocks
 
 CAGE = WING / "wing_cage.obj"
 CUBE = SAMPLES / "cages" / "cube.obj"
@@ -88,6 +89,94 @@ class Morphs(CliTest):
         self.report("export", cage, "-o", step)
         return step
 
+    def test_steps_of_a_motion(self):
+        """Each step as in a run of its own; grids of constant blocks whose points stay at their places, with exact velocities."""
+        points, tips = ribs(), (20.0, 80.0, 180.0)
+        velocity = numpy.random.default_rng(4).normal(size=points.shape)
+        files = [self.csv(f"t{i}.csv", points, bend(points, tip), (i + 1) * velocity) for i, tip in enumerate(tips)]
+        outputs = {name: self.path(name) for name in ("{step}.obj", "{step}.step", "{step}.vtm", "v_{step}.csv")}
+        report = self.report("morph", CAGE, "--displacements", *files, "-o", outputs["{step}.obj"], "--cad-out", outputs["{step}.step"],
+                             "--grid-out", outputs["{step}.vtm"], "--velocities-out", outputs["v_{step}.csv"], "--points", 7)
+        steps = report["morph"]["steps"]
+        self.assertEqual([step["file"] for step in steps], [str(file) for file in files])
+        self.assertEqual(report["verdict"]["met"], True)
+        at_rest = list(vtk_blocks(self.grid(CAGE, "--points", 7)))
+        for i, (tip, file) in enumerate(zip(tips, files)):
+            with self.subTest(tip=tip):
+                single = self.report("morph", CAGE, "--displacements", file, "-o", self.path("s.obj"), "--cad-out", self.path("s.step"))
+                for name in ("obj", "step"):
+                    written = self.path(f"t{i}.{name}").read_bytes().replace(b"'t%d'" % i, b"'s'")
+                    self.assertEqual(written, self.path(f"s.{name}").read_bytes())
+                self.assertEqual({**steps[i]["solid"], "file": ""}, {**single["solid"], "file": ""})
+                self.assertEqual(steps[i]["largest_moved"], single["morph"]["largest_moved"])
+                self.assertTrue(steps[i]["verdict"]["met"])
+                self.assertEqual(steps[i]["grid"]["folded"], 0)
+                moved = points_of(self.path(f"t{i}.obj")) - points_of(CAGE)
+                self.assertLess(abs(moved - bend(points_of(CAGE), tip)).max(), 0.01 * tip)
+                velocities = table(self.path(f"v_t{i}.csv"))
+                blocks = list(vtk_blocks(self.path(f"t{i}.vtm")))
+                self.assertEqual(len(blocks), len(at_rest))
+                for (name, size, grid, places, speed), (known, known_size, _, known_places, _) in zip(blocks, at_rest):
+                    self.assertEqual((name, size), (known, known_size))
+                    for a, b in zip(places, known_places):
+                        numpy.testing.assert_array_equal(a, b)
+                    rows = numpy.column_stack(places)
+                    # Limit points at these places, by masks instead of the grid's pieces: rounding.
+                    self.assertLess(abs(self.surface(self.path(f"t{i}.obj"), rows) - grid).max(), 1e-12 * abs(grid).max())
+                    self.assertLess(abs(self.surface(self.of_points(velocities[:, 3:]), rows) - speed).max(), 1e-11 * abs(speed).max())
+        # CGNS: the same, at the vertices of a deforming grid.
+        self.report("morph", CAGE, "--displacements", *files, "-o", outputs["{step}.obj"], "--grid-out", self.path("{step}.cgns"), "--points", 7)
+        zones = cgns_arrays(self.path("t2.cgns"), "ArbitraryGridMotion_t")
+        for name, _, _, _, speed in vtk_blocks(self.path("t2.vtm")):
+            numpy.testing.assert_array_equal(numpy.stack([zones[name][f"GridVelocity{c}"] for c in "XYZ"], axis=1), speed)
+
+    def grid(self, cage, *words):
+        file = self.path("rest.vtm")
+        self.report("grid", cage, "-o", file, *words)
+        return file
+
+    def of_points(self, points):
+        """The wing's cage with other points."""
+        rows = iter(points)
+        lines = ["v " + " ".join(map(repr, map(float, next(rows)))) if line.startswith("v ") else line
+                 for line in CAGE.read_text().splitlines()]
+        return self.path("of_points.obj", "\n".join(lines) + "\n")
+
+    def test_a_missed_step_is_the_runs_verdict(self):
+        """The middle one is pressed into a plane: CAD without a volume."""
+        points = ribs()
+        flat = numpy.zeros_like(points)
+        flat[:, 2] = -points[:, 2]
+        files = [self.csv(f"{name}.csv", points, moved) for name, moved in (("a", bend(points, 10.0)), ("b", flat), ("c", bend(points, 30.0)))]
+        words = ["morph", CAGE, "--displacements", *files, "-o", self.path("{step}.obj"), "--cad-out", self.path("{step}.step")]
+        report = self.report(*words, code=3)
+        self.assertEqual([step["verdict"]["met"] for step in report["morph"]["steps"]], [True, False, True])
+        self.assertEqual(report["verdict"], report["morph"]["steps"][1]["verdict"])
+        self.assertEqual(report["solid"]["file"], str(self.path("b.step")))
+        result = run(*words)
+        self.assertIn(f"note: {files[1]}: MISSED", result.stderr)
+        self.assertTrue(result.stdout.startswith("MISSED"))
+
+    def test_steps_refused(self):
+        points = ribs(5)
+        a, b = self.csv("a.csv", points, points), self.csv("b.csv", points, 2 * points)
+        both = ["morph", CAGE, "--displacements", a, b]
+        self.check_refused([*both, "-o", "{out}.obj"], 1, "--output", "2 files", "{step}")
+        for option, name in (("--cad-out", "x.step"), ("--grid-out", "x.cgns"), ("--velocities-out", "x.csv")):
+            self.check_refused([*both, "-o", self.path("{step}.obj"), option, self.path(name)], 1, option, "{step}")
+        self.path("other").mkdir()
+        twin = self.csv("other/a.csv", points, points)
+        self.check_refused(["morph", CAGE, "--displacements", a, twin, "-o", self.path("{step}.obj")], 1, "a.csv", "'a'", "rename")
+        self.check_refused([*both, "-o", self.path("{step}.obj"), "--forces", a, "--forces-out", self.path("{step}.csv")], 1, "--forces-out")
+        self.check_refused([*both, "-o", self.path("{step}.csv")], 1, "{step}.csv".replace("{step}", "a"))
+        rows = b.read_text().splitlines()
+        for lines, *parts in ((rows[:3] + ["1,2,3,0,0,0"] + rows[4:], "line 4", "line 4 of", "a.csv"),
+                              (rows[:-1], "line 49", "49 points", "50"), (rows + ["1,2,3,0,0,0"], "line 51", "not in"),
+                              ([row + ",0,0,0" for row in rows], "line 1", "9 numbers", "6")):
+            b.write_text("\n".join(lines) + "\n")
+            self.check_refused([*both, "-o", self.path("{step}.obj")], 2, "b.csv", *parts)
+            self.assertFalse(self.path("a.obj").exists())
+
     def test_affine_maps_are_exact(self):
         points, cage = ribs(), points_of(CAGE)
         by = numpy.array([[0.02, 0.1, 0.0], [-0.1, 0.0, 0.03], [0.0, 0.2, -0.1]])
@@ -131,10 +220,7 @@ class Morphs(CliTest):
         velocities = table(self.path("v.csv"))
         self.assertTrue((velocities[:, :3] == points_of(self.path("a.obj"))).all())
         # A cage whose points are velocities: its limit points are those of the surface.
-        of_cage = iter(velocities[:, 3:])
-        lines = ["v " + " ".join(map(repr, map(float, next(of_cage)))) if line.startswith("v ") else line
-                 for line in CAGE.read_text().splitlines()]
-        on_surface = self.surface(self.path("velocities.obj", "\n".join(lines) + "\n"), places)
+        on_surface = self.surface(self.of_points(velocities[:, 3:]), places)
         work = (on_surface * force).sum()
         self.assertLess(abs((table(self.path("loads.csv"))[:, 3:] * velocity).sum() - work), 1e-12 * abs(on_surface * force).sum())
         # They are the difference quotient of two morphs, which is exact for a linear map.

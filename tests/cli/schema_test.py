@@ -92,6 +92,9 @@ class Schema(CliTest):
         report = self.valid("morph", CUBE, "--displacements", nodes, "-o", self.path("a.obj"), "--cad-out", self.path("a.step"),
                             "--forces", forces, "--forces-out", self.path("loads.csv"))
         self.assertEqual(report["morph"]["forces"]["force"], [0, 0, 1])
+        self.path("more.csv", nodes.read_text())
+        self.valid("morph", CUBE, "--displacements", nodes, self.path("more.csv"), "-o", self.path("{step}.obj"), "--cad-out",
+                   self.path("{step}.step"), "--grid-out", self.path("{step}.cgns"))
         self.valid("export", CUBE, "-o", self.path("a.step"))
         self.valid("grid", CUBE, "-o", self.path("a.cgns"), "--points", 9, "--layers", 3, "--layer-height", "1e-3rel")
         report = self.valid("grid", CUBE, "-o", self.path("a.vtu"), "--points", 3, "--size-field", self.path("sizes.csv", "9,9,9,1\n0,0,0,50\n"),

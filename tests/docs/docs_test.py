@@ -119,7 +119,7 @@ class Guide(CliTest):
 
     def test_options(self):
         """Options that the text names, apart from commands, are those of the program."""
-        known = {option for name in ("convert", "compare", "inspect", "grid", "export", "fit", "refit", "morph", "cage", "eval")
+        known = {option for name in ("convert", "compare", "inspect", "grid", "export", "fit", "refit", "morph", "cage", "eval", "subdivide")
                  for option in re.findall(r"--[\w-]+", subprocess.run([PATCHWRIGHT, "help", name], capture_output=True, text=True).stdout)}
         for page in DOCS.rglob("*.rst"):
             for option in re.findall(r"``(--[\w-]+)", page.read_text()):

@@ -1,7 +1,10 @@
+#include "support/analytic_references.h"
 #include "support/cages.h"
 
 #include <patchwright/base/error.h>
+#include <patchwright/fit/fit.h>
 #include <patchwright/fit/interpolate.h>
+#include <patchwright/subd/refine.h>
 
 #include <catch2/catch.hpp>
 
@@ -70,4 +73,41 @@ TEST_CASE("interpolation says when targets contradict and checks what it is give
     CHECK_THROWS_AS(fit::interpolate(cage, off, geom::Points(1, 3)), base::InvalidArgument);
     const std::vector<subd::Location> outside{{FaceId{0}, 1.5, 0.5}};
     CHECK_THROWS_AS(fit::interpolate(cage, outside, geom::Points(1, 3)), base::InvalidArgument);
+}
+
+TEST_CASE("a fit by interpolation puts the limit points of all vertices on the reference",
+          "[fit][oracle]") {
+    const test::Torus torus(3.0, 1.0);
+    const mesh::Cage cage = test::torus(9, 7, 3.1, 0.9);
+    const fit::FitResult result =
+        fit::fit(cage, torus, {.tolerance_mm = 1e-2, .interpolate = true});
+    REQUIRE(result.levels.size() == 1);
+    CHECK(result.cage.topology == cage.topology);
+    const double limit = fit::interpolation_limit_rel * torus.bounds().diagonal();
+    REQUIRE(result.levels[0].interpolated_mm.has_value());
+    CHECK(*result.levels[0].interpolated_mm <= limit);
+    double before = 0.0;
+    for (const mesh::VertexId v : cage.topology->vertices()) {
+        CHECK(torus.foot_point(subd::limit_position(result.cage, v), {}).distance <= limit);
+        before = std::max(before, torus.foot_point(subd::limit_position(cage, v), {}).distance);
+    }
+    CHECK(before > 0.1);
+    // Between the vertices it is a fit of its own order, not exact.
+    CHECK(result.levels[0].max_mm > 1e-4);
+    CHECK(result.levels[0].max_mm < 0.1 * before);
+    CHECK(result.within_tolerance == (result.levels[0].largest() <= 1e-2));
+}
+
+TEST_CASE("a fit by interpolation refuses what it cannot do", "[fit][errors]") {
+    const test::Sphere sphere(1.0);
+    const fit::FitOptions options{.interpolate = true};
+    // A cube's eight masks depend on each other: alternating signs give the limit point 0. What is
+    // on the sphere in this way is out of reach for a cube that is not symmetric.
+    mesh::Cage cube = test::cube(2.0);
+    CHECK_NOTHROW(fit::fit(cube, sphere, options));
+    cube.points.row(0) *= 1.5;
+    CHECK_THROWS_WITH(fit::fit(cube, sphere, options), Catch::Contains("subdivide the cage once"));
+    CHECK_NOTHROW(fit::fit(subd::refine(cube, 1), sphere, options));
+    CHECK_THROWS_WITH(fit::fit(test::cube(2.0, {.pins = {3}}), sphere, options),
+                      Catch::Contains("vertex 3 is pinned"));
 }

@@ -3,6 +3,7 @@
 #include <patchwright/base/error.h>
 #include <patchwright/grid/evaluate.h>
 #include <patchwright/mesh/obj.h>
+#include <patchwright/subd/limit_mask.h>
 
 #include <catch2/catch.hpp>
 
@@ -50,6 +51,41 @@ TEST_CASE("a coarsened grid is every other point of the fine one", "[grid]") {
         }
     }
     CHECK_THROWS_AS(grid::coarsened(fine, 16), base::InvalidArgument);
+}
+
+TEST_CASE("points of a moved plan are limit points of their places on the moved cage",
+          "[grid][oracle]") {
+    const auto sample = [](const char* name) {
+        return mesh::read_obj(std::filesystem::path(PATCHWRIGHT_SAMPLES_DIR) / name).cage;
+    };
+    // fan(5) and the dish are no quads: their layouts are of the first refinement.
+    for (const mesh::Cage& cage : {test::torus(8, 6, 3.0, 1.0), test::fan(5),
+                                   sample("wing/wing_cage.obj"), sample("cages/dish.obj")}) {
+        const Plan plan = grid::make_plan(grid::make_layout(cage), {.cells = 5});
+        geom::Points points = cage.points;
+        points.col(2) += (0.3 * points.col(0)).array().sin().matrix() + 0.1 * points.col(1);
+        const Plan moved = grid::with_points(plan, points);
+        REQUIRE(moved.edges.size() == plan.edges.size());
+        for (std::size_t e = 0; e < plan.edges.size(); ++e)
+            CHECK(moved.edges[e].parameters == plan.edges[e].parameters);
+        const grid::BlockEvaluator evaluator(moved);
+        const subd::LimitEvaluator limit(cage.topology);
+        const double size = geom::bounding_box(points).diagonal();
+        for (std::size_t b = 0; b < plan.layout.blocks.size(); ++b) {
+            const BlockPoints p = evaluator.evaluate(int(b));
+            grid::BlockPlaces places;
+            evaluator.places(int(b), places);
+            for (std::size_t n = 0; n < p.count(); ++n) {
+                const subd::Location at{mesh::FaceId{places.faces[n]}, places.u[n], places.v[n],
+                                        places.sectors.empty() ? 0 : places.sectors[n]};
+                const int ni = p.ni;
+                // Rounding of parameters, as in the test of a plan's own points.
+                CHECK((p.at(int(n) % ni, int(n) / ni) - limit.position(points, at)).norm() <
+                      1e-11 * size);
+            }
+        }
+        CHECK_THROWS_AS(grid::with_points(plan, points.topRows(3)), base::InvalidArgument);
+    }
 }
 
 }  // namespace

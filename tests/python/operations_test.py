@@ -80,6 +80,18 @@ class AsTheCommandLine(ModuleTest):
                                     "--layer-height", "0.5mm"))
         self.assertEqual((self.folder / "a.xyz").read_bytes(), (self.folder / "b.xyz").read_bytes())
 
+    def test_fit_by_interpolation(self):
+        words = ("--cage", WING / "wing_cage.obj", "--tolerance", "1e-2rel")
+        report = self.report("fit", WING / "wing.igs", *words, "--interpolate", "-o", self.folder / "a.obj")
+        result = pw.fit(WING / "wing.igs", cage=WING / "wing_cage.obj", tolerance="1e-2rel", interpolate=True)
+        self.check_same(result, report)
+        self.assertIn("interpolated_max", result.report["fit"]["levels"][0])
+        result.cage.write(self.folder / "b.obj")
+        self.assertEqual((self.folder / "a.obj").read_bytes(), (self.folder / "b.obj").read_bytes())
+        for wrong in ({"refine": "global"}, {"symmetry": "y"}, {"max_levels": 0}):
+            with self.assertRaisesRegex(pw.UsageError, "interpolate"):
+                pw.fit(WING / "wing.igs", interpolate=True, **wrong)
+
     def test_grid_rules_and_sizes(self):
         cage, a, b = WING / "wing_cage.obj", self.folder / "a.xyz", self.folder / "b.xyz"
         rules = [{"at": [1000, 0, 0], "cells": 28, "spacing": "tanh", "near": "0.5mm"}]

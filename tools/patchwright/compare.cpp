@@ -58,6 +58,7 @@ void register_compare(CLI::App& app, int& exit_code) {
         ->check(is_length());
     add_view_options(*command, options->view, true);
     add_input_options(*command, options->read);
+    add_foot_point_option(*command, options->read);
     add_common_options(*command, options->common, true);
     command->callback([options, &exit_code] {
         exit_code = about_input(options->a, [&] { return compare_files(*options); });

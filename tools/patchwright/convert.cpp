@@ -88,6 +88,7 @@ void register_convert(CLI::App& app, int& exit_code) {
                         "control mesh (OBJ); by default it is made from the CAD");
     command->add_option("--cage-out", options->cage_out, "write the fitted control mesh (OBJ)");
     add_input_options(*command, options->read);
+    add_foot_point_option(*command, options->read);
     command->add_option("--samples", options->samples, "samples for the deviation, each way")
         ->check(number_in(1, most_samples))
         ->capture_default_str();

@@ -1,6 +1,9 @@
 #include "options.h"
 
+#include <patchwright/base/error.h>
 #include <patchwright/convert/figures.h>
+
+#include <fmt/format.h>
 
 #include <memory>
 
@@ -14,17 +17,34 @@ struct FitCommandOptions {
     CageArguments cage;
     InputOptions read;
     std::string input, cage_file, output;
+    bool interpolate = false;
 };
+
+/// @throw UsageError for what says how a fit by least squares goes
+void check_interpolation(const FitCommandOptions& options) {
+    if (!options.interpolate) return;
+    for (const char* option : {"--max-levels", "--refine", "--symmetry"})
+        if (options.common.command->count(option) > 0)
+            throw base::UsageError(
+                fmt::format("--interpolate and {} do not go together: the cage is not refined, and "
+                            "no plane is kept",
+                            option));
+}
 
 int fit_file(const FitCommandOptions& options) {
     Run run(options.common,
             {{options.input, options.cage_file}, {{"--output", options.output, OutputKind::Cage}}});
+    check_interpolation(options);
     const base::Budget budget = run.budget(options.fit.time_limit_s);
     const convert::Source source =
         read_source(run, options.input, options.read, {.progress = budget.limited()});
     refuse_control_mesh(source);
-    convert::Conversion fitted = convert::fit_only(
-        source, convert_options(run, source, options.fit, options.cage, options.cage_file), budget);
+    convert::ConvertOptions fitting =
+        convert_options(run, source, options.fit, options.cage, options.cage_file);
+    fitting.interpolate = options.interpolate;
+    convert::Conversion fitted = about_input(
+        options.interpolate && !options.cage_file.empty() ? options.cage_file : options.input,
+        [&] { return convert::fit_only(source, fitting, budget); });
     for (const auto& [stage, seconds] : fitted.seconds) run.add_stage(stage, seconds);
     for (const std::string& text : fitted.notices) run.notice(text);
     const convert::Attempt& attempt = fitted.attempts.front();
@@ -44,7 +64,12 @@ void register_fit(CLI::App& app, int& exit_code) {
     command->add_option("--cage", options->cage_file,
                         "control mesh (OBJ); by default it is made from the CAD");
     command->add_option("-o,--output", options->output, "fitted control mesh (OBJ)")->required();
+    command->add_flag(
+        "--interpolate", options->interpolate,
+        "put the limit points of all vertices on the model, in place of least squares "
+        "over many samples and refinement");
     add_input_options(*command, options->read);
+    add_foot_point_option(*command, options->read);
     add_cage_options(*command, options->cage);
     add_fit_options(*command, options->fit);
     add_common_options(*command, options->common, true);

@@ -1,3 +1,4 @@
+#include "blocks.h"
 #include "checks.h"
 #include "command.h"
 #include "point_values.h"
@@ -28,10 +29,7 @@ struct GridOptions {
     ViewArguments view{.layer = report::PictureLayer::Patches};
     std::string cage, output;
     std::string cage_unit = "mm", unit = "mm";
-    std::string blocks = "groups";
-    bool join = false;
-    std::string size;
-    int points = 17;
+    BlockArguments blocks;
     int levels = 0, coarsen = 0;
     std::string law = "uniform";
     bool curvature = false;
@@ -65,11 +63,10 @@ grid::PlanOptions plan_options(const GridOptions& options, double diagonal) {
     const auto length = [&](const std::string& text) {
         return text.empty() ? 0.0 : base::parse_length(text).in_millimetres(diagonal);
     };
-    grid::PlanOptions plan{.size_mm = length(options.size),
-                           .cells = options.points - 1,
-                           .levels = options.levels,
-                           .law = grid::spacing_laws().at(options.law),
-                           .first_at_creases_mm = length(options.first_cell)};
+    grid::PlanOptions plan = plan_options(options.blocks, diagonal);
+    plan.levels = options.levels;
+    plan.law = grid::spacing_laws().at(options.law);
+    plan.first_at_creases_mm = length(options.first_cell);
     if (options.curvature) plan.measure = grid::Measure::Curvature;
     for (const std::string& text : options.clusters) {
         plan.clusters.push_back(parse_cluster(text, diagonal));
@@ -229,11 +226,7 @@ int make_grid(const GridOptions& options) {
     run.end_stage("read");
 
     const auto controlled = about_input(options.cage, [&] { return subd::control_normals(cage); });
-    grid::BlockLayout layout =
-        grid::make_layout(controlled, options.blocks == "faces"    ? grid::BlockCovering::Faces
-                                      : options.blocks == "charts" ? grid::BlockCovering::Charts
-                                                                   : grid::BlockCovering::Groups);
-    if (options.join) layout = grid::join_all(layout);
+    const grid::BlockLayout layout = make_layout(controlled, options.blocks);
     grid::PlanOptions wanted = plan_options(options, diagonal);
     if (!options.rules.empty()) {
         wanted.rules = read_rules(options.rules, layout, cage_unit, diagonal);
@@ -254,22 +247,7 @@ int make_grid(const GridOptions& options) {
     return run.finish();
 }
 
-void add_block_options(CLI::App& command, GridOptions& options) {
-    command
-        .add_option("--blocks", options.blocks,
-                    "one for as many faces of one group as possible (groups), for as many faces "
-                    "as possible (charts), or for each face (faces)")
-        ->check(CLI::IsMember({"groups", "charts", "faces"}).description(""))
-        ->capture_default_str();
-    command.add_flag("--join", options.join, "join blocks of one family where they share a side");
-    command
-        .add_option("--size", options.size,
-                    "mean length of cells along block edges at most: 5mm, 0.2in, or 0.01rel "
-                    "(of the cage's diagonal)")
-        ->check(is_length());
-    command.add_option("--points", options.points, "points along every block edge without --size")
-        ->check(number_in(2, 1 << 20))
-        ->capture_default_str();
+void add_level_options(CLI::App& command, GridOptions& options) {
     command
         .add_option("--levels", options.levels,
                     "make numbers of cells multiples of 2^LEVELS, for coarser grids")
@@ -363,7 +341,8 @@ void register_grid(CLI::App& app, int& exit_code) {
     command->add_option("--unit", options->unit, "unit of the grid: mm, cm, m, in or ft")
         ->check(is_unit())
         ->capture_default_str();
-    add_block_options(*command, *options);
+    add_block_options(*command, options->blocks);
+    add_level_options(*command, *options);
     add_spacing_options(*command, *options);
     add_refinement_options(*command, *options);
     command

@@ -39,6 +39,7 @@ const std::map<std::string, Described> descriptions{
     {"--modes-out", {"Files", "FILE.csv"}},
     {"member --modes", {"Files", "FILE.csv"}},
     {"--weights", {"Control mesh", "W1,W2"}},
+    {"--grid-out", {"Files", "FILE"}},
     {"--velocities-out", {"Files", "FILE.csv"}},
     {"--forces", {"Files", "FILE.csv"}},
     {"--forces-out", {"Files", "FILE.csv"}},
@@ -57,16 +58,19 @@ const std::map<std::string, Described> descriptions{
     {"--allow-loss", {"Reading", ""}},
     {"--read-limit", {"Reading", "SECONDS"}},
     {"--sharp-angle", {"Reading", "DEGREES"}},
+    {"--foot-points", {"Accuracy", "search|kernel"}},
     {"--no-heal", {"Reading", ""}},
     {"--tolerance", {"Accuracy", "LENGTH"}},
     {"--samples", {"Accuracy", "N"}},
     {"--time-limit", {"Accuracy", "SECONDS"}},
     {"--layout", {"Control mesh", "aligned|remesh|auto"}},
     {"--target-faces", {"Control mesh", "N"}},
+    {"--interpolate", {"Control mesh", ""}},
     {"--max-levels", {"Control mesh", "N"}},
     {"--refine", {"Control mesh", "local|global"}},
     {"--symmetry", {"Control mesh", "detect|x|y|z|none"}},
     {"-n", {"Control mesh", "LEVELS"}},
+    {"--scheme", {"Control mesh", "edge-split|corner-cutting|de-rham"}},
     {"--at", {"Places", "FACE,U,V"}},
     {"--at-file", {"Places", "FILE.csv"}},
     {"--gradient", {"Files", "FILE.csv"}},
@@ -120,7 +124,9 @@ const std::map<std::string, std::string> examples{
      "  patchwright compare old.igs new.step --field deviation.vtp"},
     {"inspect", "  patchwright inspect wing.igs --json -"},
     {"cage", "  patchwright cage wing.step -o cage.obj --target-faces 200"},
-    {"fit", "  patchwright fit wing.step --cage cage.obj -o fitted.obj --tolerance 0.1mm"},
+    {"fit",
+     "  patchwright fit wing.step --cage cage.obj -o fitted.obj --tolerance 0.1mm\n"
+     "  patchwright fit wing.step --cage fitted.obj -o through_points.obj --interpolate"},
     {"refit",
      "  patchwright refit fitted.obj bent_wing.step -o bent.obj\n"
      "  patchwright refit fitted.obj bent_wing.step -o bent.obj --cad-out bent.step"},
@@ -133,7 +139,9 @@ const std::map<std::string, std::string> examples{
     {"morph",
      "  patchwright morph fitted.obj --displacements nodes.csv -o bent.obj --cad-out bent.step\n"
      "  patchwright morph fitted.obj --displacements nodes.csv -o bent.obj --forces pressure.csv "
-     "--forces-out loads.csv"},
+     "--forces-out loads.csv\n"
+     "  patchwright morph fitted.obj --displacements t0.csv t1.csv -o {step}.obj --grid-out "
+     "{step}.cgns"},
     {"export", "  patchwright export fitted.obj -o wing.step --unit m"},
     {"grid",
      "  patchwright grid fitted.obj -o wing.cgns --size 5mm --spacing tanh --first-cell 0.1mm\n"
@@ -143,7 +151,9 @@ const std::map<std::string, std::string> examples{
      "  patchwright eval cage.obj --at-file places.csv -o points.csv --jacobian points.mtx\n"
      "  patchwright eval cage.obj --at-file places.csv --gradient by_points.csv "
      "--adjoint by_cage.csv"},
-    {"subdivide", "  patchwright subdivide cage.obj -n 2 -o fine.obj --picture fine.png"}};
+    {"subdivide",
+     "  patchwright subdivide cage.obj -n 2 -o fine.obj --picture fine.png\n"
+     "  patchwright subdivide curve.obj -n 6 -o smooth.obj --scheme de-rham"}};
 
 /// Insertions, deletions and replacements of letters from one word to the other (Levenshtein).
 std::size_t edit_distance(const std::string& a, const std::string& b) {

@@ -45,6 +45,15 @@ void add_input_options(CLI::App& command, InputOptions& options) {
         ->check(number_in(0.1, 179.0));
 }
 
+void add_foot_point_option(CLI::App& command, InputOptions& options) {
+    using occ::FootPoints;
+    add_choice<FootPoints>(
+        command, "--foot-points", options.foot_points,
+        {{"search", FootPoints::Search}, {"kernel", FootPoints::Kernel}},
+        "CAD: what finds nearest points: search, or the CAD kernel's extrema (kernel: another "
+        "opinion, tens of times slower)");
+}
+
 occ::ReaderProcess& reader_process() {
     static occ::ReaderProcess process;
     return process;
@@ -52,6 +61,7 @@ occ::ReaderProcess& reader_process() {
 
 convert::SourceOptions source_options(const InputOptions& options) {
     convert::SourceOptions reading{.allow_loss = options.allow_loss,
+                                   .foot_points = options.foot_points,
                                    .reader = &reader_process(),
                                    .limits = {.time_s = options.read_limit_s}};
     if (!options.unit.empty()) reading.unit = base::parse_length_unit(options.unit);

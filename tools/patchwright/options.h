@@ -43,6 +43,7 @@ struct InputOptions {
     bool allow_loss = false;                ///< CAD: go on without faces that cannot be transferred
     std::optional<double> read_limit_s;     ///< CAD: processor time; none: by the file's size
     std::optional<double> sharp_angle_deg;  ///< none: as is usual for the kind of file
+    occ::FootPoints foot_points = occ::FootPoints::Search;
 };
 
 constexpr const char* input_help = "STEP, IGES, BREP, or triangles: STL, OBJ";
@@ -51,6 +52,7 @@ constexpr int most_samples = 10'000'000;
 constexpr const char* length_help = "0.05mm, 0.002in, or 1e-4rel (of the diagonal)";
 
 void add_input_options(CLI::App& command, InputOptions& options);
+void add_foot_point_option(CLI::App& command, InputOptions& options);
 
 /// The same for the library: read by reader_process(), healed, with a surface.
 convert::SourceOptions source_options(const InputOptions& options);

@@ -7,7 +7,8 @@
 namespace patchwright::cli {
 
 occ::CadModel write_surface(Run& run, const mesh::Cage& cage, const std::string& file,
-                            const convert::ShapeOptions& making, double tolerance_mm) {
+                            const convert::ShapeOptions& making, double tolerance_mm,
+                            const std::optional<measure::Failures>& bad_grid_cells) {
     const convert::Shape shape =
         convert::make_shape(subd::control_normals(cage), making, {tolerance_mm, tolerance_mm});
     for (const std::string& text : shape.notices) run.notice(text);
@@ -21,7 +22,9 @@ occ::CadModel write_surface(Run& run, const mesh::Cage& cage, const std::string&
     run.report.patches = shape.patches;
     run.report.solid = figures.solid;
     run.report.continuity = figures.continuity;
-    run.report.verdict = measure::assess(convert::verdict_figures(figures, shape.closed));
+    measure::VerdictFigures assessed = convert::verdict_figures(figures, shape.closed);
+    assessed.bad_grid_cells = bad_grid_cells;
+    run.report.verdict = measure::assess(assessed);
     run.end_stage("check");
     return written;
 }

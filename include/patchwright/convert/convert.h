@@ -27,6 +27,7 @@ struct ConvertOptions {
     fit::RefinementScope refinement = fit::RefinementScope::Local;
     fit::Symmetry symmetry = fit::Symmetry::Detect;
     std::optional<int> max_levels;  ///< of the fit; none: as the kind of cage asks for
+    bool interpolate = false;       ///< see fit::FitOptions
     /// The cage was fitted to an earlier state of the model: it is carried over to this one and
     /// keeps its topology, see fit::refit.
     bool refit = false;

@@ -21,8 +21,10 @@ struct SourceOptions {
     bool heal = true;                       ///< CAD: sew loose faces, turn faces outward
     std::optional<double> sharp_angle_rad;  ///< none: 20 degrees, for triangles 35
     bool with_surface = true;               ///< make the reference surface of a CAD model
-    occ::ReaderProcess* reader = nullptr;   ///< CAD: reads in its place; null: this process reads
-    occ::ReadLimits limits;                 ///< of `reader`
+    /// CAD: of its reference surface, its bodies and what is made of it; triangles have their own.
+    occ::FootPoints foot_points = occ::FootPoints::Search;
+    occ::ReaderProcess* reader = nullptr;  ///< CAD: reads in its place; null: this process reads
+    occ::ReadLimits limits;                ///< of `reader`
     base::Progress progress;
 };
 
@@ -47,7 +49,8 @@ struct Source {
 };
 
 /// Reads STEP, IGES, BREP, STL or triangles in OBJ.
-/// @throw InputError when the file cannot be read or holds no faces
+/// @throw InputError when the file cannot be read or holds no faces, or holds triangles where the
+///        kernel's foot points are asked for
 /// @throw Cancelled or TimeLimitReached from the progress callback
 Source read_source(const std::filesystem::path& file, const SourceOptions& options = {});
 

@@ -22,6 +22,9 @@ enum class RefinementScope {
     Local    ///< strips of quads across places that are too coarse are split lengthwise
 };
 
+/// Of the reference's diagonal: how far interpolated limit points may be from their targets.
+inline constexpr double interpolation_limit_rel = 1e-9;
+
 struct FitOptions {
     /// Largest allowed distance between the limit surface and the reference, both ways.
     double tolerance_mm = 0.1;
@@ -52,6 +55,10 @@ struct FitOptions {
     /// along a chain of sharp edges, the limit surface does so exactly. Name the plane where it is
     /// not found, None where the model only happens to end on it.
     Symmetry symmetry = Symmetry::Detect;
+    /// In place of least squares: the limit points of all vertices lie on the reference, as many
+    /// conditions as control points (collocation). One level; the tolerance is for FitResult only,
+    /// and symmetry is not looked for. See fit().
+    bool interpolate = false;
     /// Called from the thread that called fit(), at least once a step of the solver.
     base::Progress progress;
 
@@ -95,6 +102,8 @@ struct FitLevel {
     /// Samples that are folded, beyond the tolerance from sharp edges (see measure::find_folds);
     /// looked for where all distances are within the tolerance.
     int folded = 0;
+    /// With FitOptions::interpolate: of the limit points of vertices from their targets.
+    std::optional<double> interpolated_mm;
     double seconds = 0.0;
 
     [[nodiscard]] double largest() const {
@@ -138,7 +147,14 @@ struct FitResult {
 /// edge is long. Pinned control points do not move. Points at tagged sectors are settled after each
 /// level (see subd::control_normals). Missing the tolerance is an answer: see
 /// FitResult::within_tolerance.
+/// With FitOptions::interpolate the limit points of the given cage go to their foot points on the
+/// reference (Brakhage, Grid generation and grid conversion by subdivision schemes, section 3:
+/// projected limit points as collocation points), those on chains to their curves, and corners to
+/// corners; of all cages that do so the nearest to the given one is taken.
 /// @throw InvalidArgument when an option is out of range
+/// @throw InputError when interpolation meets pinned vertices or tagged sectors, or when its limit
+///        points cannot all be reached to interpolation_limit_rel, as at cages of valence 3 only,
+///        whose masks depend on each other
 /// @throw Cancelled when the progress callback says so
 /// @throw TimeLimitReached when the callback does before there is any level to return
 FitResult fit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,

@@ -82,6 +82,12 @@ Plan make_plan(const BlockLayout& layout, const PlanOptions& options = {});
 /// @throw UsageError when numbers of cells are no multiples of that
 Plan coarsened(const Plan& plan, int levels);
 
+/// The same places on the given cage with other control points: for shapes that move, or with
+/// velocities in place of points, whose limits are those of the surface.
+/// @param points  one row a vertex of layout.given
+/// @throw InvalidArgument when there are not as many
+Plan with_points(const Plan& plan, const geom::Points& points);
+
 struct RefineOptions {
     int max_rounds = 20;
     base::Progress progress;

@@ -34,11 +34,15 @@ struct Plot3dOptions {
 struct GridWriteOptions {
     base::LengthUnit unit = base::LengthUnit::Millimetre;  ///< of the numbers in the file
     Plot3dOptions plot3d;
+    /// Of surface grids: with_points() of the grid's plan, of velocities in mm a unit of time.
+    /// Written beside the points; Plot3D files have no place for them.
+    const Plan* velocities = nullptr;
     base::Progress progress;
 };
 
 /// Evaluates, measures and writes a grid, and adds the file to `outputs`.
-/// @throw OutputError when it cannot be written, Cancelled
+/// @throw OutputError when it cannot be written, Cancelled; InvalidArgument for velocities of a
+///        volume
 GridQuality write_grid(const BlockSource& grid, const std::filesystem::path& file,
                        base::OutputSet& outputs, const GridWriteOptions& options = {});
 

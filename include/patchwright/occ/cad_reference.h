@@ -14,6 +14,13 @@ namespace patchwright::occ {
 
 struct SearchModel;  ///< defined in src/occ only
 
+/// What finds nearest points on faces; feature curves have their own search.
+enum class FootPoints {
+    Search,  ///< the search of this library
+    Kernel   ///< the CAD kernel's extrema, much slower: another opinion; it sees no kinks inside
+             ///< faces
+};
+
 struct ReferenceOptions {
     /// Dihedral deviation from flat above which an edge is sharp.
     double sharp_angle_rad = geom::default_sharp_angle_rad;
@@ -21,6 +28,7 @@ struct ReferenceOptions {
     /// How much farther (fraction of the diagonal) a point on the asked-for side may lie than the
     /// nearest one and still be preferred.
     double side_reach_rel = 2e-2;
+    FootPoints foot_points = FootPoints::Search;
     base::Progress progress;
 };
 

@@ -10,6 +10,7 @@
 #include <patchwright/measure/field.h>
 #include <patchwright/measure/verdict.h>
 #include <patchwright/mesh/cage.h>
+#include <patchwright/mesh/polylines.h>
 #include <patchwright/patch/continuity.h>
 #include <patchwright/patch/extract.h>
 #include <patchwright/report/family_figures.h>
@@ -43,25 +44,8 @@ struct FitFigures {
     std::vector<fit::FitLevel> levels;
 };
 
-/// A cage carried along with points of a structural model; see fit::PointTransfer.
-struct MorphFigures {
-    int points = 0;                     ///< of the model
-    double largest_displacement = 0.0;  ///< of these
-    double largest_moved = 0.0;         ///< of control points
-    double extrapolation = 0.0;         ///< PointTransfer::extrapolation
-    /// At places of the surface, and carried to the points, as written.
-    struct Forces {
-        int places = 0;
-        fit::Resultant given;  ///< about the origin: the forces' unit, that times a length
-        /// Of the carried ones' sum and moment, by sums of absolute values.
-        double force_error = 0.0, moment_error = 0.0;
-    };
-    std::optional<Forces> forces;
-};
-
 struct PatchFigures {
-    int count = 0;
-    int control_points = 0;
+    int count = 0, control_points = 0;
     std::string continuity;  ///< "g1" or "refined"
     std::string covering;    ///< "charts" or "faces"
     std::vector<patch::CapReport> caps;
@@ -135,6 +119,28 @@ struct GridFigures {
     std::optional<Local> local = std::nullopt;
 };
 
+/// A cage carried along with points of a structural model; see fit::PointTransfer.
+struct MorphFigures {
+    int points = 0;              ///< of the model
+    double extrapolation = 0.0;  ///< PointTransfer::extrapolation
+    struct Step {
+        std::string file;                                        ///< of displacements
+        double largest_displacement = 0.0, largest_moved = 0.0;  ///< of these, of control points
+        std::optional<measure::Verdict> verdict;  ///< here and below: of what was written
+        std::optional<SolidFigures> solid;
+        std::optional<GridFigures> grid;
+    };
+    std::vector<Step> steps;
+    /// At places of the surface, and carried to the points, as written.
+    struct Forces {
+        int places = 0;
+        fit::Resultant given;  ///< about the origin: the forces' unit, that times a length
+        /// Of the carried ones' sum and moment, by sums of absolute values.
+        double force_error = 0.0, moment_error = 0.0;
+    };
+    std::optional<Forces> forces;
+};
+
 /// What the page's 3-D view shows.
 struct Scene {
     std::optional<measure::Field> output, input;
@@ -144,8 +150,7 @@ struct Scene {
 
 /// A picture where there is no scene, of a mesh.
 struct Drawing {
-    std::string png;
-    std::string caption;
+    std::string png, caption;
 };
 
 /// Why a run ended without a result.
@@ -163,6 +168,7 @@ struct RunReport {
     std::optional<measure::Verdict> verdict;  ///< first and last in the text
     std::optional<InputFigures> input;
     std::optional<mesh::CageSummary> cage;
+    std::optional<mesh::PolylineSummary> polylines;
     /// Of a made cage, one line a body: what it was recognised as, or why it was remeshed.
     std::vector<std::string> layout;
     std::optional<FitFigures> fit;

@@ -3,10 +3,12 @@
 #include "fit/loop/measure.h"
 #include "fit/loop/placement.h"
 #include "fit/loop/refinement.h"
+#include "fit/loop/vertex_targets.h"
 #include "measure/limit_folds.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/fit/fit.h>
+#include <patchwright/fit/interpolate.h>
 #include <patchwright/subd/normal_control.h>
 
 #include <fmt/format.h>
@@ -226,13 +228,57 @@ FitResult with_facing(const mesh::Cage& cage, const geom::ReferenceSurface& refe
     return result;
 }
 
+/// @throw InputError for what interpolation would move, or does not see
+void check_interpolation(const mesh::Topology& t) {
+    for (const mesh::VertexId v : t.vertices())
+        if (t.is_pinned(v))
+            throw base::InputError(fmt::format(
+                "vertex {} is pinned, and interpolation moves all; take the pin out", v.value));
+    if (!t.sectors().empty())
+        throw base::InputError(
+            fmt::format("sector at vertex {}: points beside tagged sectors are moved before the "
+                        "limit is taken, off what is interpolated; take the tag out",
+                        t.sectors().front().vertex));
+}
+
+/// The only level: limit points of the vertices on their targets.
+FitResult interpolated(const mesh::Cage& given, const geom::ReferenceSurface& reference,
+                       const FitOptions& options) {
+    const auto start = std::chrono::steady_clock::now();
+    check_interpolation(*given.topology);
+    const mesh::Cage cage = placed(given, reference, options);
+    const LevelFit matched = given_level(cage, reference, options);
+    const InterpolationResult solved = interpolate_vertices(
+        cage, vertex_targets(cage, reference, matched), {.progress = options.progress});
+    const double limit = interpolation_limit_rel * reference.bounds().diagonal();
+    if (!(solved.largest_distance <= limit))
+        throw base::InputError(fmt::format(
+            "no control points put the limit points of all vertices on the model: {:.3g} mm "
+            "remain where {:.3g} mm are rounding; subdivide the cage once",
+            solved.largest_distance, limit));
+    Level level{.cage = solved.cage};
+    level.figures.cgls_steps = solved.iterations;
+    level.figures.interpolated_mm = solved.largest_distance;
+    level.figures.chains_on_features =
+        int(std::count_if(matched.match.paths.begin(), matched.match.paths.end(),
+                          [](const FeaturePath& path) { return !path.empty(); }));
+    measure_level(level, matched, reference, reverse_points(reference, options.reverse_samples),
+                  options);
+    level.figures.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return {.cage = level.cage,
+            .within_tolerance = level.figures.largest() <= options.tolerance_mm,
+            .levels = {level.figures}};
+}
+
 }  // namespace
 
 FitResult fit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
               const FitOptions& options) {
     check(options);
     return with_facing(cage, reference, [&](const geom::ReferenceSurface& facing) {
-        return LevelLoop(cage, facing, options).run();
+        return options.interpolate ? interpolated(cage, facing, options)
+                                   : LevelLoop(cage, facing, options).run();
     });
 }
 

@@ -28,7 +28,7 @@ bool is_same(const PartFit& known, const mesh::Cage& part, const geom::Reference
            k.preserve_parametrisation == o.preserve_parametrisation &&
            k.max_levels == o.max_levels && k.max_vertices == o.max_vertices &&
            k.max_idle_levels == o.max_idle_levels && k.refinement == o.refinement &&
-           k.symmetry == o.symmetry && is_same(known.given, part);
+           k.symmetry == o.symmetry && k.interpolate == o.interpolate && is_same(known.given, part);
 }
 
 /// What part stands for level number `level` of `count`.
@@ -58,6 +58,8 @@ FitLevel sum_of(const std::vector<PartFit>& parts, std::size_t level, std::size_
         raise(sum.curve_max_mm, sum.curve_max_at, one.curve_max_mm, one.curve_max_at);
         sum.chains_on_features += one.chains_on_features;
         sum.folded += one.folded;
+        if (one.interpolated_mm)
+            sum.interpolated_mm = std::max(sum.interpolated_mm.value_or(0.0), *one.interpolated_mm);
         if (level >= part.result.levels.size()) continue;
         const FitLevel& worked = part.result.levels[level];
         sum.projections += worked.projections;

@@ -34,8 +34,6 @@ bool are_neighbours(const ReferenceMesh& mesh, int slot, int other) {
     return shared;
 }
 
-bool is_held(const SurfaceFoot& f) { return f.foot.held[0] != 0 || f.foot.held[1] != 0; }
-
 }  // namespace
 
 bool is_clear_of_trim(const ReferenceMesh& mesh, const SurfaceFoot& f) {

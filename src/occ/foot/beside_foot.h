@@ -18,6 +18,9 @@ struct SurfaceFoot {
     FaceSurface::Foot foot;
 };
 
+/// By the end of its face: perhaps no local minimum of the surface beyond.
+inline bool is_held(const SurfaceFoot& f) { return f.foot.held[0] != 0 || f.foot.held[1] != 0; }
+
 /// The foot lies in its triangle, where the face's trim leaves out nothing.
 /// @pre the foot has a slot, here and below
 bool is_clear_of_trim(const ReferenceMesh& mesh, const SurfaceFoot& f);

@@ -98,6 +98,9 @@ void fill(SearchModel& model, const TopoDS_Shape& shape, const ReferenceOptions&
     base::report_progress(options.progress, "reference", 0.9);
     model.mesh.around = look_around(model.mesh, model.surfaces, model.all_edges);
     model.side_reach = options.side_reach_rel * model.size;
+    if (options.foot_points == FootPoints::Kernel)
+        model.kernel =
+            std::make_unique<const KernelExtrema>(copy.faces, model.surfaces, model.network.edges);
     base::report_progress(options.progress, "reference", 1.0);
 }
 
@@ -142,6 +145,9 @@ geom::FootPoint nearest(const SearchModel& model, const Vec3& query,
         foot.distance = (foot.point - query).stableNorm();
         return foot;
     }
+    if (model.kernel)
+        return side ? nearest_point_facing_by_kernel(model, query, *side)
+                    : nearest_point_by_kernel(model, query);
     return side ? nearest_point_facing(model, query, *side, bound)
                 : nearest_point(model, query, bound);
 }

@@ -1,6 +1,6 @@
 #include "occ/foot/foot_point_engine.h"
 
-#include "occ/foot/beside_foot.h"
+#include "occ/foot/faces_beside.h"
 #include "occ/foot/fused.h"
 #include "occ/foot/leaf_bounds.h"
 
@@ -20,15 +20,7 @@ using geom::Vec3;
 
 namespace {
 
-// Of the model's size: points nearer to each other than this are one.
-constexpr double coincident = 1e-9;
 constexpr std::size_t max_known_feet = 16;
-
-struct NormalBeside {
-    int face;
-    Vec3 normal;
-    Vec2 uv;
-};
 
 // One thread's working memory: kept so that queries allocate nothing once it has grown.
 struct SearchScratch {
@@ -66,17 +58,7 @@ class FootSearch {
 
     FootPoint facing(const Vec3& side) {
         FootPoint answer = plain();
-        if (answer.normal.dot(side) > 0.0 || answer.normal.isZero(0.0)) return answer;
-        const NormalBeside* best = nullptr;
-        for (const NormalBeside& f : s_.beside) {
-            if (f.normal.dot(side) > (best != nullptr ? best->normal.dot(side) : 0.0)) best = &f;
-        }
-        if (best != nullptr) {
-            answer.face = best->face;
-            answer.normal = best->normal;
-            answer.uv = best->uv;
-            return answer;
-        }
+        if (turned_to(side, s_.beside, answer)) return answer;
         return facing_within(side, answer.distance + model_.side_reach).value_or(answer);
     }
 
@@ -94,8 +76,9 @@ class FootSearch {
         FootPoint answer;
         answer.point = nearest.point;
         answer.distance = nearest.distance;
-        list_faces_beside(nearest);
-        choose_face(answer);
+        list_faces_beside(model_, answer, nearest.on_face ? &*nearest.on_face : nullptr, s_.hits,
+                          s_.beside);
+        choose_face(model_, query_, s_.beside, answer);
         return answer;
     }
 
@@ -295,46 +278,6 @@ class FootSearch {
         });
     }
 
-    void list_faces_beside(const Nearest& nearest) {
-        s_.beside.clear();
-        if (nearest.on_face) {
-            const int face = nearest.on_face->face;
-            const FaceSurface::Foot& foot = nearest.on_face->foot;
-            s_.beside.push_back({face, foot.normal, foot.uv});
-        }
-        for (const CurveHit& hit : s_.hits) {
-            const ModelEdge& edge = model_.network.edges[std::size_t(hit.edge)];
-            const double slack = coincident * model_.size, reach = 2.0 * edge.tolerance + slack;
-            // Farther ones are met or not, as the bound has it.
-            if (hit.distance > nearest.distance + edge.tolerance + 0.5 * slack) continue;
-            if ((hit.point - nearest.point).norm() <= reach) add_uses(hit);
-        }
-    }
-
-    void add_uses(const CurveHit& hit) {
-        const ModelEdge& edge = model_.network.edges[std::size_t(hit.edge)];
-        for (const FaceOfEdge& use : edge.uses)
-            s_.beside.push_back({use.face, normal_beside(edge, use, hit.t, model_.surfaces),
-                                 parameters_beside(edge, use, hit.t)});
-    }
-
-    // Where faces meet at an angle, the one that looks most towards or away from the query tells
-    // the inside from the outside.
-    void choose_face(FootPoint& answer) const {
-        const Vec3 direction = answer.distance > coincident * model_.size
-                                   ? Vec3((query_ - answer.point) / answer.distance)
-                                   : Vec3(Vec3::Zero());
-        double best = -1.0;
-        for (const NormalBeside& f : s_.beside) {
-            const double looks = std::abs(f.normal.dot(direction));
-            if (looks <= best + 1e-6) continue;
-            best = looks;
-            answer.face = f.face;
-            answer.normal = f.normal;
-            answer.uv = f.uv;
-        }
-    }
-
     std::optional<FootPoint> facing_within(const Vec3& side, double reach) {
         std::optional<FootPoint> best;
         const auto offer = [&](const SurfaceFoot& f) {
@@ -361,7 +304,7 @@ class FootSearch {
         const auto visit = [&](const CurveHit& hit, double limit) {
             if (hit.distance >= limit) return limit;
             s_.beside.clear();
-            add_uses(hit);
+            add_uses(model_, hit, s_.beside);
             for (const NormalBeside& f : s_.beside) {
                 if (!(f.normal.dot(side) > 0.0)) continue;
                 reach = hit.distance;

@@ -4,11 +4,13 @@
 #include "occ/foot/curve_search.h"
 #include "occ/foot/face_surface.h"
 #include "occ/foot/feature_curves.h"
+#include "occ/foot/kernel_extrema.h"
 #include "occ/foot/model_edges.h"
 #include "occ/foot/reference_mesh.h"
 
 #include <patchwright/geom/reference_surface.h>
 
+#include <memory>
 #include <memory_resource>
 #include <vector>
 
@@ -25,8 +27,9 @@ struct SearchModel {
     FeatureCurves features;
     geom::Bvh corners;  ///< over features.features().corners
     geom::Box3 bounds;
-    double size = 0.0;        ///< diagonal of `bounds`
-    double side_reach = 0.0;  ///< millimetres
+    double size = 0.0;                            ///< diagonal of `bounds`
+    double side_reach = 0.0;                      ///< millimetres
+    std::unique_ptr<const KernelExtrema> kernel;  ///< in place of the search, where there is one
 };
 
 /// True nearest point of the trimmed model.
@@ -36,5 +39,11 @@ geom::FootPoint nearest_point(const SearchModel& model, const geom::Vec3& query,
 /// The same, preferring points that face `side` within the model's reach.
 geom::FootPoint nearest_point_facing(const SearchModel& model, const geom::Vec3& query,
                                      const geom::Vec3& side, double bound);
+
+/// The same of the kernel's extrema.
+/// @pre the model has them
+geom::FootPoint nearest_point_by_kernel(const SearchModel& model, const geom::Vec3& query);
+geom::FootPoint nearest_point_facing_by_kernel(const SearchModel& model, const geom::Vec3& query,
+                                               const geom::Vec3& side);
 
 }  // namespace patchwright::occ

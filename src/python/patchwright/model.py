@@ -119,8 +119,8 @@ ModelLike = Union[Model, str, "os.PathLike[str]"]
 
 
 def read(file: str | os.PathLike[str], *, input_unit: str | None = None, allow_loss: bool = False, heal: bool = True,
-         sharp_angle: float | None = None, read_limit: float | None = None, progress: Progress = None,
-         cancel: Event | None = None) -> Model:
+         sharp_angle: float | None = None, read_limit: float | None = None, foot_points: str = "search",
+         progress: Progress = None, cancel: Event | None = None) -> Model:
     """Reads STEP, IGES, BREP, or triangles from STL and OBJ.
 
     input_unit: mm, cm, m, in or ft, in place of what the file says; triangles have none: mm.
@@ -128,6 +128,8 @@ def read(file: str | os.PathLike[str], *, input_unit: str | None = None, allow_l
     heal: sew loose faces and turn them outward.
     sharp_angle: edges whose faces differ by more degrees are sharp; by default 20, for triangles 35.
     read_limit: seconds of processor time; by default 15, and 15 for each MB.
+    foot_points: what finds nearest points of CAD: search, or kernel, the CAD kernel's extrema (another opinion, tens of
+    times slower).
 
     CAD files are read by a program of its own, so that a file on which the CAD kernel crashes is an InputError.
     Raises InputError, CancelledError.
@@ -135,7 +137,7 @@ def read(file: str | os.PathLike[str], *, input_unit: str | None = None, allow_l
     options = {"input_unit": None if input_unit is None else _checks.text(input_unit, "input_unit"),
                "allow_loss": _checks.flag(allow_loss, "allow_loss"), "heal": _checks.flag(heal, "heal"),
                "sharp_angle": _checks.number(sharp_angle, "sharp_angle"),
-               "read_limit": _checks.number(read_limit, "read_limit")}
+               "read_limit": _checks.number(read_limit, "read_limit"), "foot_points": _checks.text(foot_points, "foot_points")}
     return Model._of(_core.read(_checks.path(file, "file"), options, _checks.callback(progress, cancel)))
 
 

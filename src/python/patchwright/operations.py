@@ -25,7 +25,7 @@ __all__ = ["GridPlaces", "compare", "convert", "export", "fit", "grid", "grid_bl
 _LENGTHS = {"tolerance", "size", "first_cell", "layer_height", "thickness", "smallest"}
 _NUMBERS = {"time_limit", "target_faces", "max_levels", "samples", "cap_depth", "points", "levels", "coarsen", "layers",
             "growth", "sensor_jump"}
-_FLAGS = {"join", "curvature"}
+_FLAGS = {"join", "curvature", "interpolate"}
 
 
 Rules = Union[Sequence[Mapping[str, Any]], str, "os.PathLike[str]"]
@@ -108,12 +108,20 @@ def convert(model: ModelLike, output: str | os.PathLike[str], *, cage: Cage | st
 
 def fit(model: ModelLike, *, cage: Cage | str | os.PathLike[str] | None = None, tolerance: Length = "1e-4rel",
         time_limit: float | None = None, layout: str = "auto", target_faces: int | None = None, refine: str = "local",
-        symmetry: str = "detect", max_levels: int | None = None, progress: Progress = None,
+        symmetry: str = "detect", max_levels: int | None = None, interpolate: bool = False, progress: Progress = None,
         cancel: Event | None = None) -> Fit:
-    """Fits a cage, given or made, to a model: its limit surface then lies on the model. Options and errors: convert."""
+    """Fits a cage, given or made, to a model: its limit surface then lies on the model. Options and errors: convert.
+
+    interpolate: put the limit points of all vertices on the model, in place of least squares over many samples and
+    refinement: not together with refine, symmetry and max_levels. Raises InputError for cages whose limit points
+    cannot all be reached.
+    """
+    options = _options(tolerance=tolerance, time_limit=time_limit, layout=layout, target_faces=target_faces, refine=refine,
+                       symmetry=symmetry, max_levels=max_levels, interpolate=interpolate)
+    if interpolate and (refine != "local" or symmetry != "detect" or max_levels is not None):
+        raise UsageError("interpolate: does not go together with refine, symmetry and max_levels: the cage is not refined, "
+                         "and no plane is kept")
     given = as_model(model, progress, cancel)
-    options = _options(tolerance=tolerance, time_limit=time_limit, layout=layout,
-               target_faces=target_faces, refine=refine, symmetry=symmetry, max_levels=max_levels)
     report, text, fitted = _core.fit(given._held, None if cage is None else _cage_of(cage), options,
                                      _checks.callback(progress, cancel))
     return Fit(report, text, Cage._of(fitted))
