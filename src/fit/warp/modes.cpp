@@ -109,7 +109,9 @@ Modes principal_modes(const std::shared_ptr<const mesh::Topology>& topology,
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(products);
     modes.variance_mm2 = products.trace() / double(n);
-    const double least = rounding * std::max(eigen.eigenvalues()[n - 1], 0.0);
+    // Members that are equal differ by the rounding of their mean.
+    const double size = 1e-15 * modes.mean.norm();
+    const double least = std::max(rounding * eigen.eigenvalues()[n - 1], size * size);
     for (Eigen::Index k = n - 1; k >= 0 && modes.count() < count; --k) {
         const double square = eigen.eigenvalues()[k];
         if (!(square > least)) break;
