@@ -127,6 +127,7 @@ Modes principal_modes(const std::shared_ptr<const mesh::Topology>& topology,
         modes.weights.conservativeResize(n, modes.count());
         modes.weights.col(modes.count() - 1) = std::sqrt(square) * shares;
     }
+    if (modes.count() == 0) modes.variance_mm2 = 0.0;
     return modes;
 }
 
