@@ -96,7 +96,8 @@ Modes principal_modes(const std::shared_ptr<const mesh::Topology>& topology,
                       const std::vector<Points>& members, int count) {
     check(*topology, members, count);
     const auto n = Eigen::Index(members.size());
-    Modes modes{.mean = Points::Zero(topology->vertex_count(), 3)};
+    Modes modes{.mean = Points::Zero(topology->vertex_count(), 3),
+                .weights = Eigen::MatrixXd(n, 0)};
     for (const Points& points : members) modes.mean += points / double(n);
     const SurfaceProduct on_surface(*topology, modes.mean);
     std::vector<Points> displacements;
