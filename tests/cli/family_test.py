@@ -87,7 +87,7 @@ class Families(CliTest):
         mean = [[sum(c[i][k] for c in cages) / len(cages) for k in range(3)] for i in range(len(cages[0]))]
         self.assertLess(largest_difference(points_of(out), mean), 1e-9)
 
-    def test_threads_and_units_do_not_matter(self):
+    def test_threads_do_not_matter(self):
         cages = [self.path(f"{t}_{n}.obj") for t in (1, 2) for n in "ab"]
         for threads in (1, 2):
             self.report("family", self.fitted, *self.designs[:2], "-o", self.path(f"{threads}_{{name}}.obj"), "--threads",

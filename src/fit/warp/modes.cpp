@@ -8,8 +8,8 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <numeric>
 
 namespace patchwright::fit {
 
