@@ -175,8 +175,10 @@ class FootSearch {
     void descend_from(int slot, const Vec2& uv, Found&& found) {
         const SeedStart& t = model_.mesh.starts[std::size_t(slot)];
         s_.known.clear();
-        for (const SurfaceFoot& f : s_.feet)
-            if (f.face == t.face && s_.known.size() < max_known_feet) s_.known.push_back(f.foot.uv);
+        for (const SurfaceFoot& f : s_.feet) {
+            if (s_.known.size() == max_known_feet) break;
+            if (f.face == t.face) s_.known.push_back(f.foot.uv);
+        }
         const auto foot = surface(t.face).descend(query_, {uv, double(t.stride)}, s_.known);
         if (foot.merged) return;
         s_.feet.push_back({t.face, slot, foot});
