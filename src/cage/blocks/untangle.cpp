@@ -31,13 +31,15 @@ class Untangler {
               const std::vector<Freedom>& freedom, const geom::ModelSurface& reference, Poll& poll)
         : faces_(faces), points_(points), freedom_(freedom), reference_(reference), poll_(poll) {
         around_.resize(points.size());
+        changed_around_.assign(points.size(), true);
         for (std::size_t f = 0; f < faces.size(); ++f)
             for (const int v : faces[f]) around_[at(v)].push_back(f);
     }
 
     void run() {
+        normals_.resize(faces_.size());
+        for (std::size_t f = 0; f < faces_.size(); ++f) find_normal(f);
         for (int round = 0; round < rounds; ++round) {
-            find_normals();
             std::set<int> moving;
             for (std::size_t f = 0; f < faces_.size(); ++f) {
                 if (least_sine(f) >= well_formed) continue;
@@ -45,28 +47,35 @@ class Untangler {
                     for (const std::size_t g : around_[at(v)])
                         moving.insert(faces_[g].begin(), faces_[g].end());
             }
-            bool moved = false;
-            for (const int v : moving) moved = improve(v) || moved;
-            if (!moved) return;
+            std::set<std::size_t> moved;
+            for (const int v : moving) {
+                if (!changed_around_[at(v)]) continue;
+                changed_around_[at(v)] = false;
+                if (!improve(v)) continue;
+                for (const std::size_t f : around_[at(v)]) {
+                    moved.insert(f);
+                    for (const int w : faces_[f]) changed_around_[at(w)] = true;
+                }
+            }
+            if (moved.empty()) return;
+            for (const std::size_t f : moved) find_normal(f);
         }
     }
 
   private:
-    void find_normals() {
-        normals_.clear();
-        for (const auto& face : faces_) {
-            poll_();
-            const Vec3 area = (points_[at(face[2])] - points_[at(face[0])])
-                                  .cross(points_[at(face[3])] - points_[at(face[1])]);
-            const Vec3 middle = 0.25 * (points_[at(face[0])] + points_[at(face[1])] +
-                                        points_[at(face[2])] + points_[at(face[3])]);
-            const Vec3 side = area.normalized();
-            const geom::FootPoint foot = side.allFinite() && side.norm() > 0.5
-                                             ? reference_.foot_point(middle, side)
-                                             : reference_.foot_point(middle);
-            const double cosine = foot.normal.dot(side);
-            normals_.push_back(cosine > agrees || cosine < 0.0 ? foot.normal : side);
-        }
+    void find_normal(std::size_t f) {
+        poll_();
+        const auto& face = faces_[f];
+        const Vec3 area = (points_[at(face[2])] - points_[at(face[0])])
+                              .cross(points_[at(face[3])] - points_[at(face[1])]);
+        const Vec3 middle = 0.25 * (points_[at(face[0])] + points_[at(face[1])] +
+                                    points_[at(face[2])] + points_[at(face[3])]);
+        const Vec3 side = area.normalized();
+        const geom::FootPoint foot = side.allFinite() && side.norm() > 0.5
+                                         ? reference_.foot_point(middle, side)
+                                         : reference_.foot_point(middle);
+        const double cosine = foot.normal.dot(side);
+        normals_[f] = cosine > agrees || cosine < 0.0 ? foot.normal : side;
     }
 
     [[nodiscard]] double least_sine(std::size_t f) const {
@@ -99,14 +108,15 @@ class Untangler {
     bool improve(int v) {
         const Freedom& freedom = freedom_[at(v)];
         if (!freedom.free && freedom.curve < 0) return false;
+        double best = worst_around(v), step = first_step * reach(v);
         Vec3 normal = Vec3::Zero();
         for (const std::size_t f : around_[at(v)]) normal += normals_[f];
         normal.normalize();
         if (!(normal.norm() > 0.5)) return false;
         const Vec3 across = normal.unitOrthogonal(), along = normal.cross(across);
-        double best = worst_around(v), step = first_step * reach(v);
         bool moved = false;
         for (int halving = 0; halving < step_halvings; ++halving, step *= 0.5) {
+            if (best + least_gain >= good_enough_face) break;
             const Vec3 old = points_[at(v)];
             Vec3 best_point = old;
             for (int d = 0; d < directions; ++d) {
@@ -134,6 +144,7 @@ class Untangler {
     const geom::ModelSurface& reference_;
     Poll& poll_;
     std::vector<std::vector<std::size_t>> around_;
+    std::vector<char> changed_around_;  ///< since a point was tried in vain
     std::vector<Vec3> normals_;
 };
 
