@@ -37,6 +37,22 @@ constexpr std::array<LongNames, 5> long_names{
      {LengthUnit::Inch, {"inch", "inches"}},
      {LengthUnit::Foot, {"foot", "feet"}}}};
 
+struct PositiveNumber {
+    double value;
+    std::string_view unit;
+};
+
+/// @throw UsageError with what is wanted
+PositiveNumber parse_positive(std::string_view text, std::string_view wanted) {
+    double value = 0.0;
+    const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || !std::isfinite(value) || value <= 0.0)
+        throw UsageError(fmt::format("'{}' is no {}", text, wanted));
+    std::string_view unit = text.substr(static_cast<std::size_t>(rest - text.data()));
+    while (unit.starts_with(' ')) unit.remove_prefix(1);
+    return {value, unit};
+}
+
 const UnitRow& row_of(LengthUnit unit) { return unit_table[static_cast<std::size_t>(unit)]; }
 
 }  // namespace
@@ -71,16 +87,9 @@ double Length::in_millimetres(double diagonal_mm) const {
 }
 
 Length parse_length(std::string_view text) {
-    Length length;
-    const auto [rest, error] =
-        std::from_chars(text.data(), text.data() + text.size(), length.value);
-    if (error != std::errc{} || !std::isfinite(length.value) || length.value <= 0.0) {
-        throw UsageError(fmt::format(
-            "'{}' is no length; use a positive number with a unit, such as 0.05mm or 1e-4rel",
-            text));
-    }
-    std::string_view unit = text.substr(static_cast<std::size_t>(rest - text.data()));
-    while (unit.starts_with(' ')) unit.remove_prefix(1);
+    const auto [value, unit] = parse_positive(
+        text, "length; use a positive number with a unit, such as 0.05mm or 1e-4rel");
+    Length length{.value = value};
     if (unit.empty())
         throw UsageError(fmt::format(
             "'{0}' has no unit; add a unit: {0}mm, {0}in, or 1e-4rel (of the diagonal)", text));
@@ -88,6 +97,15 @@ Length parse_length(std::string_view text) {
     if (length.unit && !std::isfinite(length.in_millimetres(0.0)))
         throw UsageError(fmt::format("'{}' is too long to be measured in millimetres", text));
     return length;
+}
+
+double parse_angle(std::string_view text) {
+    const auto [value, unit] =
+        parse_positive(text, "angle; use a positive number with a unit, such as 0.5deg or 0.01rad");
+    if (unit == "rad") return value;
+    if (unit != "deg")
+        throw UsageError(fmt::format("'{}' has no unit of angles; add deg or rad", text));
+    return value * M_PI / 180.0;
 }
 
 }  // namespace patchwright::base

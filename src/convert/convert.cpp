@@ -86,7 +86,8 @@ class AttemptRunner {
     Attempt carry_out(const AttemptPlan& plan, const std::vector<Attempt>& attempts) {
         Attempt attempt = fitted(plan, attempts);
         make_and_measure(attempt, attempts);
-        attempt.verdict = assess(attempt, source_, options_.tolerance_mm);
+        attempt.verdict =
+            assess(attempt, source_, options_.tolerance_mm, options_.normal_tolerance_rad);
         return attempt;
     }
 
@@ -95,6 +96,19 @@ class AttemptRunner {
         attempt.folds = folds_of(make_shape(attempt.fitted, options_.shape, shape_tolerance()));
         const auto& fold = attempt.folds.worst;
         figures.fold_rad = fold ? measure::Worst{fold->angle_rad, fold->point} : measure::Worst{};
+        clock.end("check");
+    }
+
+    /// Of the patches of what was fitted only.
+    void find_normals(const Attempt& attempt, measure::VerdictFigures& figures) {
+        const Shape shape = make_shape(attempt.fitted, options_.shape, shape_tolerance());
+        const auto found = measure::measure_relative_fairness(
+            occ::CadReference(shape.model), surface(),
+            {.samples = options_.samples, .lines = 0, .progress = told(budget_.unlimited())});
+        if (found.samples > 0)
+            figures.normal_angle_rad =
+                measure::Worst{found.normal_angle_rad.max, found.normal_angle_rad.at};
+        figures.normal_tolerance_rad = options_.normal_tolerance_rad;
         clock.end("check");
     }
 
@@ -336,6 +350,7 @@ Conversion fit_only(const Source& source, const ConvertOptions& options,
                                     .keeps_cage = attempt.keeps_cage};
     add_fit(figures, attempt.fit);
     if (options.refit) run.find_folds(attempt, figures);
+    if (options.normal_tolerance_rad) run.find_normals(attempt, figures);
     attempt.verdict = measure::assess(figures);
     run.result.attempts.push_back(std::move(attempt));
     run.result.kept = 0;

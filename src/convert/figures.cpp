@@ -79,11 +79,13 @@ report::DetailFigures mesh_details(const Source& input) {
 }  // namespace
 
 measure::Verdict assess(const Source& output, const Source& input,
-                        const report::DeviationFigures& deviation, double tolerance_mm) {
+                        const report::DeviationFigures& deviation, double tolerance_mm,
+                        std::optional<double> normal_tolerance_rad) {
     measure::VerdictFigures figures{.tolerance_mm = tolerance_mm,
                                     .diagonal_mm = input.input.diagonal,
                                     .valid = output.figures.valid,
                                     .bodies = output.bodies,
+                                    .normal_tolerance_rad = normal_tolerance_rad,
                                     .closed = output.figures.closed};
     if (input.figures.closed) {
         figures.free_edges = output.figures.free_edges;

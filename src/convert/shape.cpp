@@ -171,6 +171,8 @@ report::DeviationFigures compare(const geom::ModelSurface& output, const geom::M
         .sharp_curves_output = count(output),
         .sharp_output_to_input = measure::measure_feature_deviation(output, input, kind, features),
         .sharp_input_to_output = measure::measure_feature_deviation(input, output, kind, features)};
+    figures.fairness = measure::measure_relative_fairness(
+        output, input, {.samples = samples, .progress = progress});
     if (tolerance_mm)
         figures.long_sharp = long_sharp_curves(output, input, *tolerance_mm, progress);
     return figures;
@@ -188,6 +190,9 @@ void add_deviation(measure::VerdictFigures& figures, const report::DeviationFigu
     const auto worst = [](const measure::Deviation& d) { return measure::Worst{d.max, d.at}; };
     figures.output_to_input_mm = worst(deviation.output_to_input);
     figures.input_to_output_mm = worst(deviation.input_to_output);
+    if (deviation.fairness && deviation.fairness->samples > 0)
+        figures.normal_angle_rad = measure::Worst{deviation.fairness->normal_angle_rad.max,
+                                                  deviation.fairness->normal_angle_rad.at};
     if (!deviation.long_sharp) return;
     const auto& missed = deviation.long_sharp->missed;
     figures.lost_sharp_curves = measure::Failures{int(missed.size()), {}};

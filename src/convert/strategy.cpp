@@ -1,6 +1,7 @@
 #include <patchwright/convert/convert.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace patchwright::convert {
@@ -21,19 +22,21 @@ constexpr double nearly_missed = 0.8;
 /// Fits that aim at less than this share of the tolerance cost more control points than a finer
 /// cage.
 constexpr double least_fit_share = 0.5;
+/// The same where normals ask for it, which no distance limits.
+constexpr double least_share_for_normals = 1e-3;
 
 double worst_excess(const Attempt& attempt) {
     const measure::Condition* worst = attempt.verdict.worst();
     return worst == nullptr ? 1.0 : measure::excess(*worst);
 }
 
-/// Near enough, but with folds, kinks or loops: those that are smaller than the tolerance go away
-/// where the fit comes nearer.
+/// Near enough, but with folds, kinks or loops, or normals off: what is smaller than the tolerance
+/// goes away where the fit comes nearer.
 bool misses_shape_only(const Attempt& attempt) {
     const auto is_shape = [](const measure::Condition& c) {
         using measure::Requirement;
         return c.met || c.requirement == Requirement::Folds ||
-               c.requirement == Requirement::Kinks ||
+               c.requirement == Requirement::Normals || c.requirement == Requirement::Kinks ||
                c.requirement == Requirement::SelfIntersections;
     };
     const auto& conditions = attempt.verdict.conditions;
@@ -45,6 +48,23 @@ bool misses_between_samples(const Attempt& attempt) {
     const report::FitFigures& fit = attempt.fit;
     return !fit.levels.empty() && worst_excess(attempt) <= far_off &&
            fit.levels[std::size_t(fit.best_level)].largest() <= fit.tolerance;
+}
+
+/// The same cage fitted so much nearer that its normals should be within their limit: under
+/// refinement the distance goes down with the fourth power of the edges' length, normals with the
+/// third. Nothing where anything else misses.
+std::optional<AttemptPlan> nearer_for_normals(const Attempt& last) {
+    using measure::Requirement;
+    const measure::Condition* normals = nullptr;
+    for (const measure::Condition& c : last.verdict.conditions) {
+        if (c.met) continue;
+        if (c.requirement != Requirement::Normals) return std::nullopt;
+        normals = &c;
+    }
+    if (normals == nullptr || last.plan.fit_share < least_share_for_normals) return std::nullopt;
+    AttemptPlan nearer = last.plan;
+    nearer.fit_share *= std::min(0.5, std::pow(measure::excess(*normals), -4.0 / 3.0));
+    return nearer;
 }
 
 /// The better one of the attempts with the last one's cage.
@@ -143,7 +163,9 @@ std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
         return first;
     }
     const Attempt& last = attempts.back();
-    if (last.verdict.met() || options.cage) return std::nullopt;
+    if (last.verdict.met()) return std::nullopt;
+    if (const auto nearer = nearer_for_normals(last)) return nearer;
+    if (options.cage) return std::nullopt;
     const bool lies_well = last.kind == CageKind::Sections || last.kind == CageKind::Field;
     if (lies_well && last.plan.fit_share > least_fit_share &&
         (misses_shape_only(last) || misses_between_samples(last))) {
@@ -191,9 +213,11 @@ std::optional<std::size_t> choose_best(const std::vector<Attempt>& attempts) {
     return best;
 }
 
-measure::Verdict assess(const Attempt& attempt, const Source& source, double tolerance_mm) {
+measure::Verdict assess(const Attempt& attempt, const Source& source, double tolerance_mm,
+                        std::optional<double> normal_tolerance_rad) {
     measure::VerdictFigures figures = verdict_figures(attempt.shape, source.figures.closed);
     figures.tolerance_mm = tolerance_mm;
+    figures.normal_tolerance_rad = normal_tolerance_rad;
     figures.diagonal_mm = source.input.diagonal;
     figures.stopped_by_time_limit = attempt.stopped_by_time_limit;
     figures.keeps_cage = attempt.keeps_cage;

@@ -51,6 +51,9 @@ class Assessment {
         extent();
         angle(Requirement::Folds, f_.fold_rad, fold_limit_rad,
               of_cage("more faces there (--target-faces), or a cage without folds (--cage)"));
+        if (f_.normal_tolerance_rad)
+            angle(Requirement::Normals, f_.normal_angle_rad, *f_.normal_tolerance_rad,
+                  of_cage("a smaller --tolerance, or more faces there (--target-faces, --cage)"));
         angle(Requirement::Kinks, f_.kink_rad, kink_limit_rad,
               of_cage("more faces there (--target-faces), or a crease along this edge (--cage)"));
         failures(Requirement::SelfIntersections, f_.self_intersecting_faces,
@@ -154,6 +157,9 @@ std::string describe(const Condition& c, std::optional<double> tolerance_rel) {
         case Requirement::Area: return fmt::format("the area is {:.3g} mm^2", c.value);
         case Requirement::Folds:
             return fmt::format("a fold: normals differ by {:.0f} degrees", c.value * degrees);
+        case Requirement::Normals:
+            return fmt::format("normals differ by {:.3g} degrees (limit {:.3g})", c.value * degrees,
+                               c.limit * degrees);
         case Requirement::Kinks:
             return fmt::format("a kink of {:.3g} degrees across an edge meant to be smooth",
                                c.value * degrees);
@@ -179,6 +185,7 @@ const char* name_of(Requirement requirement) {
                                      "volume",
                                      "area",
                                      "folds",
+                                     "normals",
                                      "kinks",
                                      "self_intersections",
                                      "grid_cells",

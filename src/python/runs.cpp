@@ -72,11 +72,19 @@ cage::Method layout_of(const Options& options) {
         {{"auto", Method::Auto}, {"aligned", Method::Aligned}, {"remesh", Method::Remesh}});
 }
 
+/// None: no limit.
+std::optional<double> normal_tolerance_rad(const Options& options) {
+    const std::optional<std::string> given = options.text("normal_tolerance");
+    if (!given) return std::nullopt;
+    return base::parse_angle(*given);
+}
+
 convert::ConvertOptions convert_options(const Options& options, const convert::Source& source,
                                         const std::optional<mesh::Cage>& cage) {
     using fit::RefinementScope;
     using fit::Symmetry;
     return {.tolerance_mm = length_mm(options, "tolerance", source.input.diagonal),
+            .normal_tolerance_rad = normal_tolerance_rad(options),
             .cage = cage,
             .method = layout_of(options),
             .target_faces = options.integer("target_faces", 1, most_faces),
@@ -298,7 +306,9 @@ py::tuple compare_models(const PyModel& a, const PyModel& b, const py::dict& nam
         report::DeviationFigures deviation = convert::compare(output.surface(), input.surface(),
                                                               samples, tolerance, call.progress());
         convert::add_bounds(deviation, output.surface(), input.surface(), call.progress());
-        if (tolerance) report.verdict = convert::assess(output, input, deviation, *tolerance);
+        if (tolerance)
+            report.verdict = convert::assess(output, input, deviation, *tolerance,
+                                             normal_tolerance_rad(options));
         report.deviation = std::move(deviation);
         clock.end("check");
         report.seconds = clock.seconds();

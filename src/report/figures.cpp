@@ -284,6 +284,7 @@ class SectionWriter {
         };
         one("output to input", d.output_to_input);
         one("input to output", d.input_to_output);
+        if (d.fairness) fairness(*d.fairness);
         if (d.sharp_curves_input + d.sharp_curves_output == 0) return;
         row("sharp curves", "{} in the input, {} in the output", d.sharp_curves_input,
             d.sharp_curves_output);
@@ -301,6 +302,21 @@ class SectionWriter {
         for (std::size_t i = 0; i < std::min<std::size_t>(l.missed.size(), 5); ++i)
             row("  missed", "{} of {} at {}", length(l.missed[i].distance),
                 length(l.missed[i].length), place(l.missed[i].at));
+    }
+    void fairness(const measure::RelativeFairness& f) {
+        if (f.samples == 0) return;
+        const measure::Distribution &n = f.normal_angle_rad, &c = f.curvature_difference;
+        constexpr double degrees = 180.0 / M_PI;
+        row("normals", "max {:.3g} degrees at {}, rms {:.3g}, 95 % {:.3g}, 99 % {:.3g}",
+            n.max * degrees, place(n.at), n.rms * degrees, n.p95 * degrees, n.p99 * degrees);
+        brief();
+        row("mean curvature",
+            "max {:.3g} over the diagonal at {}, rms {:.3g}, 95 % {:.3g}, "
+            "99 % {:.3g}",
+            c.max, place(c.at), c.rms, c.p95, c.p99);
+        if (f.lines > 0)
+            row("inflections", "{} in the input, {:+} in the output, along {} lines", f.inflections,
+                f.extra_inflections, f.lines);
     }
     void continuity(const patch::Continuity& c) {
         sections_.push_back({"Continuity", {}});

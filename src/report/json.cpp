@@ -1,7 +1,7 @@
+#include "report/json_deviation.h"
+
 #include <patchwright/base/version.h>
 #include <patchwright/report/run_report.h>
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,6 @@
 namespace patchwright::report {
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr double degrees = 180.0 / M_PI;
 
@@ -45,10 +43,10 @@ class Writer {
         if (report_.solid) json["solid"] = solid(*report_.solid);
         if (report_.details) json["details"] = details(*report_.details);
         if (report_.deviation) {
-            json["deviation"] = {
-                {"output_to_input", deviation(report_.deviation->output_to_input)},
-                {"input_to_output", deviation(report_.deviation->input_to_output)}};
-            json["sharp_curves"] = sharp_curves(*report_.deviation);
+            json["deviation"] = deviation_json(*report_.deviation, scale_);
+            if (report_.deviation->fairness)
+                json["fairness"] = fairness_json(*report_.deviation->fairness, scale_);
+            json["sharp_curves"] = sharp_curves_json(*report_.deviation, scale_);
         }
         if (report_.continuity) json["continuity"] = continuity(*report_.continuity);
         if (report_.grid) json["grid"] = grid(*report_.grid);
@@ -317,52 +315,6 @@ class Writer {
         if (d.shortest_edge)
             json["shortest_edge"] = {{"length", length(*d.shortest_edge)},
                                      {"at", point(d.shortest_edge_at)}};
-        return json;
-    }
-    Json sharp_curves(const DeviationFigures& d) const {
-        Json json = {{"input", d.sharp_curves_input}, {"output", d.sharp_curves_output}};
-        if (d.sharp_output_to_input) json["output_to_input"] = deviation(*d.sharp_output_to_input);
-        if (d.sharp_input_to_output) json["input_to_output"] = deviation(*d.sharp_input_to_output);
-        if (d.long_sharp) {
-            Json missed = Json::array();
-            for (const auto& m : d.long_sharp->missed) {
-                Json curve = {{"length", length(m.length)}, {"at", point(m.at)}};
-                // No edge at all is no distance.
-                curve["distance"] = std::isfinite(m.distance) ? length(m.distance) : Json();
-                missed.push_back(curve);
-            }
-            json["long"] = {{"longer_than", length(d.long_sharp->longer_than)},
-                            {"tolerance", length(d.long_sharp->tolerance)},
-                            {"count", d.long_sharp->count},
-                            {"missed", missed}};
-        }
-        return json;
-    }
-    Json deviation(const measure::Deviation& d) const {
-        Json json = {{"max", length(d.max)}, {"rms", length(d.rms)}, {"p50", length(d.p50)},
-                     {"p95", length(d.p95)}, {"p99", length(d.p99)}, {"at", point(d.at)}};
-        if (d.face) json["face"] = *d.face;
-        json["samples"] = d.samples;
-        if (d.bound) json["bound"] = length(*d.bound);
-        for (const measure::DeviationPlace& place : d.worst) {
-            json["worst"].push_back({{"distance", length(place.distance)},
-                                     {"at", point(place.point)},
-                                     {"face", place.face}});
-        }
-        if (d.faces.empty()) return json;
-        json["faces"] = Json::array();
-        for (const measure::DeviationOfFace& face : d.faces) {
-            const auto angle = [](const std::optional<double>& rad) {
-                return rad ? Json(*rad * degrees) : Json();
-            };
-            json["faces"].push_back({{"face", face.face},
-                                     {"samples", face.samples},
-                                     {"max", length(face.max)},
-                                     {"rms", length(face.rms)},
-                                     {"normal_max_deg", angle(face.normal_max_rad)},
-                                     {"normal_rms_deg", angle(face.normal_rms_rad)}});
-        }
-        json["histogram"] = {{"width", length(d.histogram.width)}, {"shares", d.histogram.shares}};
         return json;
     }
     Json continuity(const patch::Continuity& c) const {

@@ -16,6 +16,15 @@ TEST_CASE("lengths with units are read", "[base]") {
     CHECK(base::parse_length("2ft").in_millimetres(1.0) == Approx(609.6));
 }
 
+TEST_CASE("angles with units are read", "[base]") {
+    CHECK(base::parse_angle("180deg") == Approx(M_PI));
+    CHECK(base::parse_angle("0.01 rad") == Approx(0.01));
+    for (const char* text : {"", "deg", "0deg", "-1deg", "1", "1mm", "nandeg", "1 deg "}) {
+        CAPTURE(text);
+        CHECK_THROWS_AS(base::parse_angle(text), base::InvalidArgument);
+    }
+}
+
 TEST_CASE("a unit is known by its size", "[base]") {
     using base::LengthUnit;
     CHECK(base::likely_unit(25.0) == LengthUnit::Inch);

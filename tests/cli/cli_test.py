@@ -193,6 +193,9 @@ class Results(CliTest):
         self.assertEqual(len(curves["missed"]), curves["count"])
         self.assertIsNone(curves["missed"][0]["distance"])
         self.check_error(run("compare", WING / "wing.step", WING / "wing.igs", "--tolerance", "3parsec"), 1, "parsec")
+        self.check_error(run("compare", WING / "wing.step", WING / "wing.igs", "--normal-tolerance", "1deg"), 1, "requires --tolerance")
+        for angle in ("1", "0deg", "1mm"):
+            self.check_error(run("convert", WING / "wing.step", "-o", "x.step", "--normal-tolerance", angle), 1, f"'{angle}'")
 
     def test_a_cage_from_cad(self):
         made = self.path("made.obj")
@@ -229,6 +232,20 @@ class Results(CliTest):
                 self.report("export", cage, "-o", folder / f"a.{suffix}")
                 texts.append((folder / f"a.{suffix}").read_bytes())
             self.assertEqual(texts[0], texts[1], suffix)
+
+    def test_normals_have_a_tolerance(self):
+        cage, out = WING / "wing_cage.obj", self.path("wing.step")
+        report = self.report("convert", WING / "wing.step", "--cage", cage, "-o", out, "--tolerance", "1e-3rel", "--normal-tolerance", "4deg")
+        angles = report["fairness"]["normals_deg"]
+        self.assertLess(angles["max"], 4)
+        self.assertIn("attempt 1 (110 faces): MISSED: normals differ by", " ".join(report["notices"]))
+        limit = f"{0.9 * angles['max']}deg"
+        missed = self.report("compare", WING / "wing.step", out, "--tolerance", "1e-3rel", "--normal-tolerance", limit, code=3)
+        self.assertEqual([c["name"] for c in missed["verdict"]["conditions"] if not c["met"]], ["normals"])
+        self.assertEqual(missed["fairness"], report["fairness"])  # the same file, read again
+        fit = self.report("fit", WING / "wing.step", "--cage", cage, "-o", self.path("a.obj"), "--tolerance", "1e-3rel", "--normal-tolerance",
+                          "4deg", code=3)
+        self.assertIn("MISSED: normals differ", fit["verdict"]["sentence"])
 
     def test_face_names_are_written(self):
         self.report("export", WING / "wing_cage.obj", "-o", self.path("wing.step"))

@@ -98,7 +98,7 @@ class Families(CliTest):
     def test_misses_are_told_by_design(self):
         report = self.report("family", self.fitted, self.designs[0], "-o", self.path("{name}.obj"), "--tolerance", "1e-7rel",
                              code=3)
-        self.assertIn("MISSED: 1 design misses", report["verdict"]["sentence"])
+        self.assertIn("MISSED: one design misses", report["verdict"]["sentence"])
         for member in report["family"]["members"]:
             self.assertTrue(member["sentence"].startswith("MISSED: "), member)
             self.assertTrue(self.path(f"{pathlib.Path(member['file']).stem}.obj").exists())

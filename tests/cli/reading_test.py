@@ -101,7 +101,7 @@ class Reading(CliTest):
         result = run("convert", pipe, "-o", self.folder / "out.step", "--time-limit", "0.5")
         self.assertEqual(result.returncode, 3, result.stderr)
         self.assertIn("time limit", result.stderr)
-        self.assertEqual(processes_with(str(pipe)), [])
+        self.wait_for(lambda: not processes_with(str(pipe)))
 
 
 if __name__ == "__main__":

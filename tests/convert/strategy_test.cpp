@@ -164,6 +164,40 @@ TEST_CASE("a shape that folds within the tolerance is fitted more closely, once"
     CHECK_FALSE(next_of(attempts, CageKind::Sections, 0.5).plan.preserve_parametrisation);
 }
 
+TEST_CASE("where only normals miss the same cage is fitted as much nearer as they need",
+          "[convert]") {
+    convert::ConvertOptions options = made();
+    options.normal_tolerance_rad = 0.01;
+    const auto off = [&](Attempt a, double times) {
+        a.deviation.fairness = measure::RelativeFairness{.samples = 1};
+        a.deviation.fairness->normal_angle_rad.max = times * 0.01;
+        a.verdict = convert::assess(a, solid(), tolerance, options.normal_tolerance_rad);
+        return a;
+    };
+    const Attempt good = attempt({}, CageKind::Remeshed, 0.5);
+    CHECK(off(good, 0.9).verdict.met());
+    CHECK(off(good, 1.1).verdict.worst()->requirement == Requirement::Normals);
+    CHECK(convert::assess(good, solid(), tolerance, 0.01).met());  // not measured
+    // The fourth power of the edges' length for distances, the third for normals.
+    const auto eighth = convert::choose_next({off(good, 8.0)}, options, diagonal);
+    REQUIRE(eighth.has_value());
+    CHECK(eighth->same_cage(good.plan));
+    CHECK(eighth->fit_share == Approx(1.0 / 16.0));
+    // Steps do not become endless.
+    Attempt nearest = good;
+    nearest.plan.fit_share = 5e-4;
+    const auto after = convert::choose_next({off(nearest, 1.1)}, options, diagonal);
+    CHECK((!after || !after->same_cage(nearest.plan)));
+    // A given cage is fitted nearer as well, but only for this.
+    options.cage = test::cube(1.0);
+    const Attempt given = attempt({.given = true}, CageKind::Given, 0.5);
+    const auto nearer = convert::choose_next({off(given, 1.01)}, options, diagonal);
+    REQUIRE(nearer.has_value());
+    CHECK(nearer->given);
+    CHECK(nearer->fit_share == 0.5);
+    CHECK_FALSE(convert::choose_next({off(folded(given), 1.1)}, options, diagonal));
+}
+
 TEST_CASE("a fit that is nearer than the check finds it is fitted more closely", "[convert]") {
     std::vector<Attempt> attempts{
         attempt(*convert::choose_next({}, made(), diagonal), CageKind::Sections, 1.1)};

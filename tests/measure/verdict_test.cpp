@@ -89,6 +89,12 @@ TEST_CASE("every condition can fail by itself, with its name, place and remedy",
              f.fold_rad = measure::Worst{3.0, place};
          },
          "normals differ by 172 degrees"},
+        {Requirement::Normals,
+         [&](auto& f) {
+             f.normal_angle_rad = measure::Worst{0.02, place};
+             f.normal_tolerance_rad = 0.01;
+         },
+         "normals differ by 1.15 degrees (limit 0.573)"},
         {Requirement::Kinks,
          [&](auto& f) {
              f.kink_rad = measure::Worst{0.02, place};

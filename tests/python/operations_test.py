@@ -407,10 +407,12 @@ class Calls(ModuleTest):
         counter = threading.Thread(target=count)
         counter.start()
         started = time.monotonic()
-        pw.compare(a, b, samples=60000)
-        ended = time.monotonic()
-        stop.set()
-        counter.join()
+        try:
+            pw.compare(a, b, samples=60000)
+        finally:
+            ended = time.monotonic()
+            stop.set()
+            counter.join()
         within = [t for t in ticks if started < t < ended]
         longest = max(np.diff([started, *within, ended]))
         self.assertGreater(len(within), 20)

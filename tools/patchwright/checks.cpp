@@ -59,6 +59,10 @@ CLI::Validator is_length() {
     return parses([](const std::string& text) { base::parse_length(text); });
 }
 
+CLI::Validator is_angle() {
+    return parses([](const std::string& text) { base::parse_angle(text); });
+}
+
 CLI::Validator is_unit() {
     return parses([](const std::string& text) { base::parse_length_unit(text); });
 }

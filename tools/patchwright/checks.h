@@ -11,6 +11,7 @@ CLI::Validator number_in(double least, double most);
 CLI::Validator positive_up_to(double most);
 /// "0.05mm", "1e-4rel"; see base::parse_length.
 CLI::Validator is_length();
+CLI::Validator is_angle();
 /// "mm", "cm", "m", "in", "ft".
 CLI::Validator is_unit();
 /// The same, or "input".

@@ -14,7 +14,7 @@ namespace {
 struct CompareOptions {
     CommonOptions common;
     InputOptions read;
-    std::string a, b, tolerance;
+    std::string a, b, tolerance, normal_tolerance;
     ViewArguments view;
     int samples = convert::ConvertOptions{}.samples;
 };
@@ -31,7 +31,9 @@ int compare_files(const CompareOptions& options) {
     report::DeviationFigures deviation =
         convert::compare(b.surface(), a.surface(), options.samples, tolerance, run.progress());
     convert::add_bounds(deviation, b.surface(), a.surface(), run.progress());
-    if (tolerance) run.report.verdict = convert::assess(b, a, deviation, *tolerance);
+    if (tolerance)
+        run.report.verdict = convert::assess(b, a, deviation, *tolerance,
+                                             normal_tolerance_rad(options.normal_tolerance));
     run.report.deviation = std::move(deviation);
     run.end_stage("check");
     add_views(run, options.view,
@@ -50,12 +52,15 @@ void register_compare(CLI::App& app, int& exit_code) {
     command->add_option("--samples", options->samples, "samples each way")
         ->check(number_in(1, most_samples))
         ->capture_default_str();
-    command
-        ->add_option("--tolerance", options->tolerance,
-                     fmt::format("largest deviation both ways, else the exit code is 3; A's sharp "
-                                 "curves that are longer than 100 times this have to be kept: {}",
-                                 length_help))
-        ->check(is_length());
+    CLI::Option* tolerance =
+        command
+            ->add_option(
+                "--tolerance", options->tolerance,
+                fmt::format("largest deviation both ways, else the exit code is 3; A's sharp "
+                            "curves that are longer than 100 times this have to be kept: {}",
+                            length_help))
+            ->check(is_length());
+    add_normal_tolerance_option(*command, options->normal_tolerance)->needs(tolerance);
     add_view_options(*command, options->view, true);
     add_input_options(*command, options->read);
     add_foot_point_option(*command, options->read);

@@ -22,7 +22,7 @@ struct ConvertCommandOptions {
     FitArguments fit{.time_limit_s = time_limit_s};
     CageArguments cage;
     InputOptions read;
-    std::string input, cage_file, cage_out;
+    std::string input, cage_file, cage_out, normal_tolerance;
     ViewArguments view;
     int samples = convert::ConvertOptions{}.samples;
 };
@@ -56,6 +56,7 @@ int convert_file(const ConvertCommandOptions& options) {
     converting.shape = options.output.shape;
     converting.shape.write.unit = run.report.unit;
     converting.samples = options.samples;
+    converting.normal_tolerance_rad = normal_tolerance_rad(options.normal_tolerance);
     const convert::Conversion conversion =
         convert::convert(source, options.output.file, run.outputs, converting, budget);
     for (const auto& [stage, seconds] : conversion.seconds) run.add_stage(stage, seconds);
@@ -96,6 +97,7 @@ void register_convert(CLI::App& app, int& exit_code) {
     add_view_options(*command, options->view, true);
     add_cage_options(*command, options->cage);
     add_fit_options(*command, options->fit);
+    add_normal_tolerance_option(*command, options->normal_tolerance);
     add_common_options(*command, options->common, true);
     command->callback([options, &exit_code] {
         exit_code = about_input(options->input, [&] { return convert_file(*options); });

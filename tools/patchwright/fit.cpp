@@ -16,7 +16,7 @@ struct FitCommandOptions {
     FitArguments fit;
     CageArguments cage;
     InputOptions read;
-    std::string input, cage_file, output;
+    std::string input, cage_file, output, normal_tolerance;
     bool interpolate = false;
 };
 
@@ -42,6 +42,7 @@ int fit_file(const FitCommandOptions& options) {
     convert::ConvertOptions fitting =
         convert_options(run, source, options.fit, options.cage, options.cage_file);
     fitting.interpolate = options.interpolate;
+    fitting.normal_tolerance_rad = normal_tolerance_rad(options.normal_tolerance);
     convert::Conversion fitted = about_input(
         options.interpolate && !options.cage_file.empty() ? options.cage_file : options.input,
         [&] { return convert::fit_only(source, fitting, budget); });
@@ -72,6 +73,7 @@ void register_fit(CLI::App& app, int& exit_code) {
     add_foot_point_option(*command, options->read);
     add_cage_options(*command, options->cage);
     add_fit_options(*command, options->fit);
+    add_normal_tolerance_option(*command, options->normal_tolerance);
     add_common_options(*command, options->common, true);
     command->callback([options, &exit_code] {
         exit_code = about_input(options->input, [&] { return fit_file(*options); });

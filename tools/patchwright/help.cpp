@@ -61,6 +61,7 @@ const std::map<std::string, Described> descriptions{
     {"--foot-points", {"Accuracy", "search|kernel"}},
     {"--no-heal", {"Reading", ""}},
     {"--tolerance", {"Accuracy", "LENGTH"}},
+    {"--normal-tolerance", {"Accuracy", "ANGLE"}},
     {"--samples", {"Accuracy", "N"}},
     {"--time-limit", {"Accuracy", "SECONDS"}},
     {"--layout", {"Control mesh", "aligned|remesh|auto"}},

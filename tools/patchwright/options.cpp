@@ -169,6 +169,20 @@ void refuse_control_mesh(const convert::Source& source) {
                     source.input.file));
 }
 
+CLI::Option* add_normal_tolerance_option(CLI::App& command, std::string& normal_tolerance) {
+    return command
+        .add_option("--normal-tolerance", normal_tolerance,
+                    "largest angle between the normals of output and input, beyond 0.002 of the "
+                    "diagonal from the input's edges, such as 0.5deg, else the exit code is 3; by "
+                    "default no limit but the 45 degrees of folds")
+        ->check(is_angle());
+}
+
+std::optional<double> normal_tolerance_rad(const std::string& normal_tolerance) {
+    if (normal_tolerance.empty()) return std::nullopt;
+    return base::parse_angle(normal_tolerance);
+}
+
 double length_mm(const std::string& text, double diagonal_mm) {
     return base::parse_length(text).in_millimetres(diagonal_mm);
 }

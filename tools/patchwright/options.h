@@ -102,6 +102,12 @@ convert::ConvertOptions convert_options(Run& run, const convert::Source& source,
 /// @throw InputError where the source is a control mesh and not a model to be approximated by one
 void refuse_control_mesh(const convert::Source& source);
 
+/// Adds --normal-tolerance.
+CLI::Option* add_normal_tolerance_option(CLI::App& command, std::string& normal_tolerance);
+
+/// Radians; nothing where the option was not given.
+std::optional<double> normal_tolerance_rad(const std::string& normal_tolerance);
+
 /// In millimetres, of this diagonal.
 /// @throw UsageError when the text is no length
 double length_mm(const std::string& text, double diagonal_mm);

@@ -1,4 +1,5 @@
-// Lengths with units. The library computes in millimetres; files and users speak other units.
+// Lengths and angles with units. The library computes in millimetres and radians; files and users
+// speak other units.
 #pragma once
 
 #include <optional>
@@ -35,6 +36,11 @@ struct Length {
 /// Reads "0.05mm", "0.002in", "1e-4rel".
 /// @throw UsageError when the number is missing, not positive, or the unit is unknown
 Length parse_length(std::string_view text);
+
+/// Reads "0.5deg", "0.01rad".
+/// @return radians
+/// @throw UsageError when the number is missing or not positive, or the unit is neither
+double parse_angle(std::string_view text);
 
 }  // namespace patchwright::base
 #pragma GCC visibility pop

@@ -19,6 +19,8 @@ namespace patchwright::convert {
 
 struct ConvertOptions {
     double tolerance_mm = 0.1;  ///< of the two-sided deviation of the written file
+    /// Of its normals beyond the input's edges, see measure::RelativeFairness; none: no limit.
+    std::optional<double> normal_tolerance_rad;
     /// The cage to be fitted; none: cages are made from the model.
     std::optional<mesh::Cage> cage;
     cage::Method method = cage::Method::Auto;  ///< of made cages
@@ -91,10 +93,11 @@ struct Conversion {
 };
 
 /// The verdict on an attempt, from its figures and the source's.
-measure::Verdict assess(const Attempt& attempt, const Source& source, double tolerance_mm);
+measure::Verdict assess(const Attempt& attempt, const Source& source, double tolerance_mm,
+                        std::optional<double> normal_tolerance_rad = std::nullopt);
 
-/// What to try next: nothing once an attempt is met, with a given cage, or when nothing that is
-/// left to try can be expected to be better.
+/// What to try next: nothing once an attempt is met, with a given cage unless only normals miss, or
+/// when nothing that is left to try can be expected to be better.
 std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
                                        const ConvertOptions& options, double diagonal_mm);
 
@@ -119,7 +122,8 @@ Conversion convert(const Source& source, const std::filesystem::path& output,
                    const ConvertOptions& options, const base::Budget& budget = base::Budget());
 
 /// One cage, given or made, and fitted: the only attempt, without a shape or a file. Its verdict is
-/// on the distances that the fit's own samples see; of refits also on the folds of its patches.
+/// on the distances that the fit's own samples see, with a limit for normals on these, of refits
+/// also on the folds of its patches.
 /// @throw TimeLimitReached when no level of the fit was completed, else as convert()
 Conversion fit_only(const Source& source, const ConvertOptions& options,
                     const base::Budget& budget = base::Budget());

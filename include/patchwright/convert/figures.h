@@ -8,7 +8,8 @@ namespace patchwright::convert {
 
 /// Of one model as the output of another: distances, long sharp curves, and what it is by itself.
 measure::Verdict assess(const Source& output, const Source& input,
-                        const report::DeviationFigures& deviation, double tolerance_mm);
+                        const report::DeviationFigures& deviation, double tolerance_mm,
+                        std::optional<double> normal_tolerance_rad = std::nullopt);
 
 /// What a closer look at a model finds.
 /// @throw Cancelled or TimeLimitReached from the progress callback

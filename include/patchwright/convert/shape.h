@@ -79,7 +79,8 @@ ShapeFigures inspect_shape(const Shape& shape, const occ::CadModel& model, const
 /// @param closed  whether it has to be
 measure::VerdictFigures verdict_figures(const ShapeFigures& figures, bool closed);
 
-/// Both ways, sharp curves one by one where there is a tolerance; without bounds.
+/// Both ways, normals and curvatures, sharp curves one by one where there is a tolerance; without
+/// bounds.
 report::DeviationFigures compare(const geom::ModelSurface& output, const geom::ModelSurface& input,
                                  int samples, std::optional<double> tolerance_mm,
                                  const base::Progress& progress = {});

@@ -20,7 +20,8 @@ enum class Requirement {
     Bodies,             ///< as many as in the input
     Volume,             ///< of closed bodies: more than that of a film of their area
     Area,               ///< of open shells: more than that of a thread as long as the model
-    Folds,              ///< normals of output and input agree
+    Folds,              ///< normals of output and input agree, to within 45 degrees
+    Normals,            ///< the same to within a limit of the user's
     Kinks,              ///< tangent planes agree across edges that are meant to be smooth
     SelfIntersections,  ///< no face intersects itself
     GridCells,          ///< no cell of a grid is folded or has a negative volume
@@ -70,7 +71,10 @@ struct VerdictFigures {
     std::optional<double> volume_mm3;  ///< of closed bodies
     std::optional<double> area_mm2;    ///< needed by the volume
     std::optional<Worst> fold_rad;     ///< largest angle between the normals of output and input
-    std::optional<Worst> kink_rad;     ///< beyond the tolerance from vertices without tangent plane
+    /// Largest angle between normals beyond the input's edges, and what is allowed.
+    std::optional<Worst> normal_angle_rad;
+    std::optional<double> normal_tolerance_rad;
+    std::optional<Worst> kink_rad;  ///< beyond the tolerance from vertices without tangent plane
     std::optional<Failures> self_intersecting_faces;
     std::optional<Failures> bad_grid_cells;
     std::optional<Failures> missed_designs;

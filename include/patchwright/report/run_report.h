@@ -8,6 +8,7 @@
 #include <patchwright/measure/deviation_statistics.h>
 #include <patchwright/measure/fairness.h>
 #include <patchwright/measure/field.h>
+#include <patchwright/measure/relative_fairness.h>
 #include <patchwright/measure/verdict.h>
 #include <patchwright/mesh/cage.h>
 #include <patchwright/mesh/polylines.h>
@@ -56,6 +57,7 @@ struct DeviationFigures {
         std::vector<MissedCurve> missed;
     };
     std::optional<LongSharpCurves> long_sharp;
+    std::optional<measure::RelativeFairness> fairness;
 };
 
 /// A grid file.

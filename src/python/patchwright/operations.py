@@ -58,7 +58,7 @@ def _options(**given: Any) -> dict[str, Any]:
             checked[name] = None if value is None else _rules(value)
         elif name in ("size_field", "sensor"):
             checked[name] = None if value is None else _checks.floats(value, name, 4)
-        elif name == "hanging_nodes":
+        elif name in ("hanging_nodes", "normal_tolerance"):
             checked[name] = None if value is None else _checks.text(value, name)
         else:
             checked[name] = _checks.texts(value, name) if name == "clusters" else _checks.text(value, name)
@@ -85,7 +85,7 @@ def convert(model: ModelLike, output: str | os.PathLike[str], *, cage: Cage | st
             target_faces: int | None = None, refine: str = "local", symmetry: str = "detect",
             max_levels: int | None = None, samples: int = 20000, unit: str = "input", schema: str = "ap214",
             continuity: str = "g1", patches: str = "charts", color: str = "none", cap_depth: int | None = None,
-            progress: Progress = None, cancel: Event | None = None) -> Conversion:
+            normal_tolerance: str | None = None, progress: Progress = None, cancel: Event | None = None) -> Conversion:
     """Converts a model to a few smooth patches that form one solid, writes it and measures what was written.
 
     output: .step .stp .igs .iges .brep; nothing is changed there until all is done.
@@ -100,7 +100,7 @@ def convert(model: ModelLike, output: str | os.PathLike[str], *, cage: Cage | st
     options = _options(tolerance=tolerance, time_limit=time_limit, layout=layout,
                target_faces=target_faces, refine=refine, symmetry=symmetry, max_levels=max_levels,
                samples=samples, unit=unit, schema=schema, continuity=continuity, patches=patches,
-               color=color, cap_depth=cap_depth)
+               color=color, cap_depth=cap_depth, normal_tolerance=normal_tolerance)
     report, text, fitted = _core.convert(given._held, os.fspath(path), None if cage is None else _cage_of(cage),
                                          options, _checks.callback(progress, cancel))
     return Conversion(report, text, path, Cage._of(fitted))
@@ -108,8 +108,8 @@ def convert(model: ModelLike, output: str | os.PathLike[str], *, cage: Cage | st
 
 def fit(model: ModelLike, *, cage: Cage | str | os.PathLike[str] | None = None, tolerance: Length = "1e-4rel",
         time_limit: float | None = None, layout: str = "auto", target_faces: int | None = None, refine: str = "local",
-        symmetry: str = "detect", max_levels: int | None = None, interpolate: bool = False, progress: Progress = None,
-        cancel: Event | None = None) -> Fit:
+        symmetry: str = "detect", max_levels: int | None = None, interpolate: bool = False,
+        normal_tolerance: str | None = None, progress: Progress = None, cancel: Event | None = None) -> Fit:
     """Fits a cage, given or made, to a model: its limit surface then lies on the model. Options and errors: convert.
 
     interpolate: put the limit points of all vertices on the model, in place of least squares over many samples and
@@ -117,7 +117,7 @@ def fit(model: ModelLike, *, cage: Cage | str | os.PathLike[str] | None = None, 
     cannot all be reached.
     """
     options = _options(tolerance=tolerance, time_limit=time_limit, layout=layout, target_faces=target_faces, refine=refine,
-                       symmetry=symmetry, max_levels=max_levels, interpolate=interpolate)
+                       symmetry=symmetry, max_levels=max_levels, interpolate=interpolate, normal_tolerance=normal_tolerance)
     if interpolate and (refine != "local" or symmetry != "detect" or max_levels is not None):
         raise UsageError("interpolate: does not go together with refine, symmetry and max_levels: the cage is not refined, "
                          "and no plane is kept")
@@ -166,16 +166,17 @@ def export(cage: Cage | str | os.PathLike[str], output: str | os.PathLike[str], 
     return Export(report, text, path)
 
 
-def compare(a: ModelLike, b: ModelLike, *, tolerance: Length | None = None, samples: int = 20000,
-            progress: Progress = None, cancel: Event | None = None) -> Comparison:
+def compare(a: ModelLike, b: ModelLike, *, tolerance: Length | None = None, normal_tolerance: str | None = None,
+            samples: int = 20000, progress: Progress = None, cancel: Event | None = None) -> Comparison:
     """Two-sided deviation; a counts as the input and b as the output.
 
     tolerance: gives the comparison a verdict: on the distances both ways, on a's sharp curves that are longer than
-    100 times this, and on whether b is closed and valid. samples: each way.
+    100 times this, and on whether b is closed and valid. normal_tolerance: of the angle between normals beyond 0.002 of
+    the diagonal from a's edges, "0.5deg", for that verdict. samples: each way.
     """
     second = as_model(b, progress, cancel)
     first = as_model(a, progress, cancel)
-    options = _options(tolerance=tolerance, samples=samples)
+    options = _options(tolerance=tolerance, normal_tolerance=normal_tolerance, samples=samples)
     return Comparison(*_core.compare(first._held, second._held, options, _checks.callback(progress, cancel)))
 
 
