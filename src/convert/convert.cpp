@@ -180,7 +180,8 @@ class AttemptRunner {
 
     [[nodiscard]] fit::FitResult refitted(Attempt& attempt, const fit::FitOptions& fitting) const {
         check_earlier_state(attempt.cage, source_);
-        fit::RefitResult carried = fit::refit(attempt.cage, surface(), fitting);
+        fit::RefitResult carried =
+            fit::refit(attempt.cage, surface(), fitting, options_.change.get());
         attempt.fit.carried = std::move(carried.stages);
         return std::move(carried.fit);
     }

@@ -2,8 +2,13 @@
 
 #include <patchwright/base/error.h>
 #include <patchwright/convert/figures.h>
+#include <patchwright/subd/limit_mask.h>
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <memory>
+#include <optional>
 
 namespace patchwright::cli {
 
@@ -13,20 +18,44 @@ struct RefitCommandOptions {
     CommonOptions common;
     FitArguments fit;
     InputOptions read;
-    std::string cage_file, input, output, cad_out;
+    std::string cage_file, input, earlier, output, cad_out;
 };
 
+/// What the cage was not fitted to says nothing about where its points have gone.
+void check_fitted_to(const convert::Source& earlier, const mesh::Cage& cage,
+                     const RefitCommandOptions& options) {
+    constexpr double most = 0.01;  // of the diagonal: no fit is as far off
+    const double diagonal = earlier.input.diagonal;
+    double farthest = 0.0;
+    for (const mesh::VertexId v : cage.topology->vertices())
+        farthest = std::max(farthest,
+                            earlier.surface().foot_point(subd::limit_position(cage, v)).distance);
+    if (farthest <= most * diagonal) return;
+    throw base::InputError(
+        fmt::format("{}: the cage {} is {:.2g} of its diagonal away from it: it was not fitted to "
+                    "it; leave --from out",
+                    options.earlier, options.cage_file, farthest / diagonal));
+}
+
 int refit_file(const RefitCommandOptions& options) {
-    Run run(options.common, {{options.cage_file, options.input},
+    Run run(options.common, {{options.cage_file, options.input, options.earlier},
                              {{"--output", options.output, OutputKind::Cage},
                               {"--cad-out", options.cad_out, OutputKind::Cad}}});
     const base::Budget budget = run.budget(options.fit.time_limit_s);
+    std::optional<convert::Source> earlier;
+    if (!options.earlier.empty())
+        earlier = read_source(run, options.earlier, options.read, {.progress = budget.limited()});
     const convert::Source source =
         read_source(run, options.input, options.read, {.progress = budget.limited()});
     refuse_control_mesh(source);
     convert::ConvertOptions refitting =
         convert_options(run, source, options.fit, CageArguments(), options.cage_file);
     refitting.refit = true;
+    if (earlier) {
+        check_fitted_to(*earlier, *refitting.cage, options);
+        refitting.change = std::make_shared<const fit::ModelChange>(
+            earlier->shared_surface(), source.shared_surface(), options.earlier);
+    }
     refitting.shape.write.unit = run.report.unit;
     const convert::Conversion refitted =
         options.cad_out.empty()
@@ -53,6 +82,10 @@ void register_refit(CLI::App& app, int& exit_code) {
         "refit", "fit a fitted cage to a changed CAD file, with the same topology");
     command->add_option("cage", options->cage_file, "fitted control mesh (OBJ)")->required();
     command->add_option("input", options->input, input_help)->required();
+    command->add_option(
+        "--from", options->earlier,
+        "what the cage was fitted to: where both models have the same faces, points "
+        "go with these, however far");
     command->add_option("-o,--output", options->output, "control mesh of the new shape (OBJ)")
         ->required();
     command->add_option("--cad-out", options->cad_out,

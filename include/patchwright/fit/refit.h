@@ -2,6 +2,7 @@
 #pragma once
 
 #include <patchwright/fit/fit.h>
+#include <patchwright/fit/model_change.h>
 
 #include <vector>
 
@@ -30,9 +31,10 @@ struct RefitResult {
 /// tags. Pinned control points do not move. Where the result misses, a finer lattice is tried, and
 /// the nearer result is kept.
 /// @param options  as of fit(), but for max_levels and refinement, which have no effect
+/// @param change   to the reference, from what the cage was fitted to; none: not known
 /// @throw as fit()
 RefitResult refit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-                  const FitOptions& options = {});
+                  const FitOptions& options = {}, const ModelChange* change = nullptr);
 
 }  // namespace patchwright::fit
 #pragma GCC visibility pop

@@ -16,8 +16,8 @@ constexpr int usual_cells = 8, most_cells = 16;
 constexpr double tangential_scale_rel = 0.003;
 
 RefitResult refit_from(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-                       const FitOptions& options, int cells) {
-    Registration carried = registered(cage, reference, options, cells);
+                       const FitOptions& options, int cells, const ModelChange* change) {
+    Registration carried = registered(cage, reference, options, cells, change);
     RefitResult result;
     result.stages = std::move(carried.stages);
     result.carried_mm = (carried.cage.points - cage.points).rowwise().norm().maxCoeff();
@@ -28,17 +28,17 @@ RefitResult refit_from(const mesh::Cage& cage, const geom::ReferenceSurface& ref
 }  // namespace
 
 RefitResult refit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-                  const FitOptions& given_options) {
+                  const FitOptions& given_options, const ModelChange* change) {
     FitOptions options = given_options;
     options.max_levels = 0;
     options.solver.tangential_scale_rel = tangential_scale_rel;
     const bool away = faces_away(cage, reference);
     const TurnedReference turned(reference);
     const geom::ReferenceSurface& facing = away ? turned : reference;
-    RefitResult best = refit_from(cage, facing, options, usual_cells);
+    RefitResult best = refit_from(cage, facing, options, usual_cells, change);
     if (!best.fit.within_tolerance && !best.fit.stopped_by_time_limit) {
         try {
-            RefitResult finer = refit_from(cage, facing, options, most_cells);
+            RefitResult finer = refit_from(cage, facing, options, most_cells, change);
             if (finer.fit.levels.front().largest() < best.fit.levels.front().largest())
                 best = std::move(finer);
         } catch (const base::TimeLimitReached&) {

@@ -165,12 +165,20 @@ class Registering {
         options_.feature_reach_rel = std::max(options_.feature_reach_rel, reach_rel);
     }
 
-    Registration run(int finest) && {
+    Registration run(int finest, const ModelChange* change) && {
         Registration result;
         if (ties_of(cage_.points).rms > near_share * options_.tolerance_mm) {
-            chain_ties_ = ChainTies::Shares;
-            stage(0, result.stages);
-            stage(coarsest, result.stages);
+            if (change != nullptr) {
+                follow(*change);
+                for (int cells = 0; cells <= finest && is_small(cells);
+                     cells = std::max(coarsest, 2 * cells))
+                    stage(cells, result.stages);
+                known_.resize(0, 3);
+            } else {
+                chain_ties_ = ChainTies::Shares;
+                stage(0, result.stages);
+                stage(coarsest, result.stages);
+            }
             chain_ties_ = ChainTies::Nearest;
             for (int cells = coarsest; cells <= finest && is_small(cells); cells *= 2) {
                 stage(cells, result.stages);
@@ -182,9 +190,38 @@ class Registering {
     }
 
   private:
+    /// Of the faces, then of creases and borders.
+    [[nodiscard]] Points samples(const Points& points) const {
+        Points on_faces;
+        surface_.apply(points, on_faces);
+        const Points on_curves =
+            curve_points({cage_.topology, points}, curves_, options_.solver.samples_per_edge);
+        Points all(on_faces.rows() + on_curves.rows(), 3);
+        all << on_faces, on_curves;
+        return all;
+    }
+
+    /// Where samples of the cage as it was fitted have gone with the model.
+    void follow(const ModelChange& change) {
+        known_ = samples(cage_.points);
+        base::parallel_for(std::size_t(known_.rows()), 16, [&](std::size_t first, std::size_t end) {
+            for (auto i = Eigen::Index(first); i < Eigen::Index(end); ++i)
+                known_.row(i) = change(known_.row(i).transpose()).transpose();
+        });
+    }
+
+    [[nodiscard]] Ties known_ties(const Points& points) const {
+        Ties ties(known_.rows());
+        ties.at = samples(points);
+        ties.target = known_;
+        std::fill(ties.metric.begin(), ties.metric.end(), Matrix3::Identity());
+        ties.sum_up();
+        return ties;
+    }
+
     [[nodiscard]] bool is_small(int cells) const {
-        return DisplacementBasis::lattice_size(geom::bounding_box(cage_.points), cells) <=
-               most_nodes;
+        return cells == 0 || DisplacementBasis::lattice_size(geom::bounding_box(cage_.points),
+                                                             cells) <= most_nodes;
     }
 
     /// @param cells  of the lattice; 0: an affine map
@@ -261,6 +298,7 @@ class Registering {
     }
 
     [[nodiscard]] Ties ties_of(const Points& points) const {
+        if (known_.rows() > 0) return known_ties(points);
         const mesh::Cage cage{cage_.topology, points};
         const int n = options_.solver.samples_per_edge;
         const Points on_curves = curve_points(cage, curves_, n);
@@ -342,13 +380,14 @@ class Registering {
     std::vector<mesh::VertexId> corners_;
     subd::LimitOperator surface_;
     ChainTies chain_ties_ = ChainTies::Nearest;
+    Points known_;  ///< targets of samples(); empty: not known
 };
 
 }  // namespace
 
 Registration registered(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-                        const FitOptions& options, int finest) {
-    return Registering(cage, reference, options).run(finest);
+                        const FitOptions& options, int finest, const ModelChange* change) {
+    return Registering(cage, reference, options).run(finest, change);
 }
 
 }  // namespace patchwright::fit
