@@ -1,27 +1,15 @@
-#include <patchwright/base/error.h>
+#include <patchwright/base/about_input.h>
 #include <patchwright/base/parallel.h>
 #include <patchwright/convert/family.h>
 
-#include <fmt/format.h>
-
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <iterator>
 
 namespace patchwright::convert {
 
 namespace {
-
-/// Errors of fits name no file.
-template <class Work>
-void about(const std::filesystem::path& file, const Work& work) {
-    try {
-        work();
-    } catch (const base::InputError& error) {
-        const std::string text = error.what();
-        if (text.find(file.string()) != std::string::npos) throw;
-        throw base::InputError(file.string() + ": " + text);
-    }
-}
 
 FamilyMember fit_member(const mesh::Cage& cage, const std::filesystem::path& file,
                         const FamilyOptions& options, const base::Budget& budget) {
@@ -33,7 +21,6 @@ FamilyMember fit_member(const mesh::Cage& cage, const std::filesystem::path& fil
         const Source source = read_source(file, reading);
         if (source.is_control_mesh)
             throw base::InputError("this is a control mesh, as its tags tell, and no design");
-        member.input = source.input;
         member.tolerance_mm = options.tolerance.in_millimetres(source.input.diagonal);
         member.notices = source.notices;
         Conversion fitted = fit_only(source,
@@ -46,7 +33,7 @@ FamilyMember fit_member(const mesh::Cage& cage, const std::filesystem::path& fil
         std::move(fitted.notices.begin(), fitted.notices.end(), std::back_inserter(member.notices));
     };
     try {
-        about(file, fit);
+        base::about_input(file.string(), fit);
     } catch (const base::TimeLimitReached&) {
         member.notices.emplace_back("the time limit came before there was a result");
     }

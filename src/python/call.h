@@ -1,6 +1,7 @@
 // What every function of the module does around a call of the library.
 #pragma once
 
+#include <patchwright/base/about_input.h>
 #include <patchwright/base/error.h>
 #include <patchwright/base/progress.h>
 
@@ -34,14 +35,10 @@ class Call {
     auto run(const std::string& input, Body&& body) {
         try {
             const py::gil_scoped_release released;
-            return std::forward<Body>(body)();
+            return base::about_input(input, std::forward<Body>(body));
         } catch (const base::Cancelled&) {
             if (raised_) throw py::error_already_set(std::move(*raised_));
             throw;
-        } catch (const base::InputError& error) {
-            const std::string text = error.what();
-            throw base::InputError(text.find(input) == std::string::npos ? input + ": " + text
-                                                                         : text);
         }
     }
 

@@ -22,6 +22,17 @@ TEST_CASE("a budget that is used up ends limited work only", "[base]") {
     CHECK(calls == 1);
 }
 
+TEST_CASE("a budget with another callback keeps its limit", "[base]") {
+    int first = 0, second = 0;
+    const base::Budget budget(Seconds(1e9), [&](std::string_view, double) { return ++first > 0; });
+    const base::Budget other = budget.with([&](std::string_view, double) { return ++second > 0; });
+    CHECK_NOTHROW(base::report_progress(other.limited(), "fit", 0.5));
+    CHECK(first == 0);
+    CHECK(second == 1);
+    CHECK(other.limit() == budget.limit());
+    CHECK(base::Budget(Seconds(0.0)).with({}).is_used_up());
+}
+
 TEST_CASE("cancelling is not running out of time", "[base]") {
     const base::Budget budget(Seconds(1e9), [](std::string_view, double) { return false; });
     CHECK_THROWS_AS(base::report_progress(budget.limited(), "fit", 0.5), base::Cancelled);

@@ -36,7 +36,7 @@ def cgns_arrays(file, node):
         library.cg_narrays(ctypes.byref(count))
         for a in range(1, count.value + 1):
             library.cg_array_info(a, name, ctypes.byref(kind), ctypes.byref(rank), sizes)
-            values = arrays[name.value.decode()] = numpy.empty(sizes[0] * sizes[1], numpy.int32 if kind.value == 2 else numpy.float64)
+            values = arrays[name.value.decode()] = numpy.empty(int(numpy.prod(sizes[:rank.value])), numpy.int32 if kind.value == 2 else numpy.float64)
             assert library.cg_array_read(a, values.ctypes.data_as(ctypes.c_void_p)) == 0
     library.cg_close(handle)
     return zones

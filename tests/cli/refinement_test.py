@@ -15,7 +15,8 @@ import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
 from command_line import SAMPLES, WING, CliTest, run
-from eval_test import cgns_places, table, vtk_blocks
+from eval_test import table
+from grid_files import cgns_arrays, vtk_blocks
 from vtu_test import vtu_of, write_vtu
 
 TORUS = SAMPLES / "cages" / "torus.obj"
@@ -106,7 +107,7 @@ class Sensor(CliTest):
     def solution(self, function, name="field.vtu", points=33, **options):
         """Values on the points of an earlier grid, of all blocks, as a solver writes them."""
         self.grid("--points", points)
-        at = numpy.concatenate([p for _, p, _ in vtk_blocks(self.path("grid.vtm"))])
+        at = numpy.concatenate([p for _, _, p, _, _ in vtk_blocks(self.path("grid.vtm"))])
         return write_vtu(self.path(name), vtu_of(at, mach=0 * at[:, 0], pressure=function(at)), **options)
 
     def changes(self, function):
@@ -126,7 +127,7 @@ class Sensor(CliTest):
         def pressure(p):
             return numpy.tanh(p[:, 0] / 20) * 100
         field = self.solution(pressure)
-        spread = numpy.ptp(pressure(numpy.concatenate([p for _, p, _ in vtk_blocks(self.path("grid.vtm"))])))
+        spread = numpy.ptp(pressure(numpy.concatenate([p for _, _, p, _, _ in vtk_blocks(self.path("grid.vtm"))])))
         start = self.grid("--points", 5)
         for share in (0.1, 0.03):
             fine = self.grid("--points", 5, "--sensor", field, "--sensor-array", "pressure", "--sensor-jump", share)
@@ -181,7 +182,7 @@ class HangingNodes(CliTest):
 
     def surface_points(self, cage, points=9):
         self.assertEqual(run("grid", cage, "-o", self.path("start.vtm"), "--points", points).returncode, 0)
-        return numpy.concatenate([p for _, p, _ in vtk_blocks(self.path("start.vtm"))])
+        return numpy.concatenate([p for _, _, p, _, _ in vtk_blocks(self.path("start.vtm"))])
 
     def grid(self, cage, name, form, sizes, *arguments):
         return self.report("grid", cage, "-o", self.path(name), "--points", 5, "--size-field", sizes, "--hanging-nodes", form, *arguments)["grid"]
@@ -221,7 +222,7 @@ class HangingNodes(CliTest):
                     numpy.testing.assert_array_equal(there, points)
                     self.assertTrue(cells == corners_of(read_vtu(self.path("grid.vtu"))))  # no list of all differences
                     self.assertEqual(len(free), border)
-                zone, = cgns_places(self.path("grid.cgns")).values()
+                zone, = cgns_arrays(self.path("grid.cgns"), "UserDefinedData_t").values()
                 for name, values in zip(("Face", "U", "V", "Sector"), places):
                     numpy.testing.assert_array_equal(zone[name], values)
 

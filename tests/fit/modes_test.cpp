@@ -14,7 +14,7 @@ using geom::Points;
 
 namespace {
 
-double largest(const Points& points) { return points.cwiseAbs().maxCoeff(); }
+double largest_entry(const Points& points) { return points.cwiseAbs().maxCoeff(); }
 
 /// Members that differ by two fields of displacement, neither of which is a mode by itself.
 std::vector<Points> two_dimensional_family(const mesh::Cage& cage) {
@@ -39,7 +39,7 @@ TEST_CASE("the mode of shifted shapes is the shift, its weights are the distance
     REQUIRE(modes.count() == 1);
     // Masks sum to 1 but for rounding.
     const Points up = Points::Zero(cage.points.rows(), 3).rowwise() + Eigen::RowVector3d(0, 1, 0);
-    CHECK(largest(modes.shapes[0] - up) < 1e-12);
+    CHECK(largest_entry(modes.shapes[0] - up) < 1e-12);
     for (std::size_t i = 0; i < shifts.size(); ++i)
         CHECK(modes.weights(Eigen::Index(i), 0) == Approx(shifts[i] - 2.0).epsilon(1e-12));
     CHECK(modes.deviations_mm[0] == Approx(std::sqrt((36.0 + 1.0 + 1.0 + 36.0) / 4.0)));
@@ -57,8 +57,8 @@ TEST_CASE("as many modes as members differ by give the members again", "[fit][or
         CHECK(modes.share(1) < 1.0);
         CHECK(modes.deviations_mm[0] >= modes.deviations_mm[1]);
         for (std::size_t i = 0; i < members.size(); ++i)
-            CHECK(largest(fit::member(modes, modes.weights.row(Eigen::Index(i))) - members[i]) <
-                  1e-12);
+            CHECK(largest_entry(fit::member(modes, modes.weights.row(Eigen::Index(i))) -
+                                members[i]) < 1e-12);
         // Weights of different modes are uncorrelated, and sum to zero.
         const Eigen::MatrixXd products = modes.weights.transpose() * modes.weights;
         CHECK(std::abs(products(0, 1)) < 1e-12 * products(0, 0));
@@ -72,7 +72,7 @@ TEST_CASE("modes are those of the surface, however dense its control points are"
     std::vector<Points> finer;
     mesh::Cage refined;
     for (const Points& points : members) {
-        refined = subd::refine({cage.topology, points});
+        refined = subd::refine(mesh::Cage{cage.topology, points}, 1);
         finer.push_back(refined.points);
     }
     const fit::Modes coarse = fit::principal_modes(cage.topology, members, 2);
@@ -80,8 +80,8 @@ TEST_CASE("modes are those of the surface, however dense its control points are"
     // The same surfaces; the elements of area are no polynomials, so quadrature differs.
     CHECK(fine.weights.isApprox(coarse.weights, 1e-3));
     for (std::size_t k = 0; k < 2; ++k) {
-        const Points shape = subd::refine({cage.topology, coarse.shapes[k]}).points;
-        CHECK(largest(fine.shapes[k] - shape) < 1e-3 * largest(shape));
+        const Points shape = subd::refine(mesh::Cage{cage.topology, coarse.shapes[k]}, 1).points;
+        CHECK(largest_entry(fine.shapes[k] - shape) < 1e-3 * largest_entry(shape));
     }
 }
 
@@ -91,7 +91,7 @@ TEST_CASE("members that are equal have no modes", "[fit]") {
         fit::principal_modes(cage.topology, {cage.points, cage.points, cage.points}, 2);
     CHECK(modes.count() == 0);
     CHECK(modes.share(0) == 1.0);
-    CHECK(largest(fit::member(modes, {}) - cage.points) < 1e-12);
+    CHECK(largest_entry(fit::member(modes, {}) - cage.points) < 1e-12);
 }
 
 TEST_CASE("what is no family has no modes", "[fit]") {

@@ -3,6 +3,7 @@
 
 #include "files.h"
 
+#include <patchwright/base/about_input.h>
 #include <patchwright/base/budget.h>
 #include <patchwright/base/error.h>
 #include <patchwright/base/output_set.h>
@@ -89,16 +90,7 @@ class Run {
 /// error. What cannot be written is left: the error has been told.
 void write_failure(const report::Failure& failure) noexcept;
 
-/// Calls `body`; errors of input that name no file are said to be of this one.
-template <class Body>
-auto about_input(const std::string& file, Body&& body) {
-    try {
-        return std::forward<Body>(body)();
-    } catch (const base::InputError& error) {
-        const std::string text = error.what();
-        throw base::InputError(text.find(file) == std::string::npos ? file + ": " + text : text);
-    }
-}
+using base::about_input;
 
 /// Reads a cage whose numbers are in `unit`, in millimetres; fills report.cage.
 /// @throw InputError as mesh::read_obj, or when the cage is too small for double precision

@@ -12,6 +12,7 @@
 #include <iterator>
 #include <memory>
 #include <set>
+#include <string_view>
 
 namespace patchwright::cli {
 
@@ -19,7 +20,8 @@ namespace {
 
 using convert::FamilyMember;
 
-constexpr const char* placeholder = "{name}";
+/// In --output: the name of a design's file, without folder and extension.
+constexpr std::string_view design_placeholder = "{name}";
 constexpr int most_modes = 1000;
 
 struct FamilyCommandOptions {
@@ -33,17 +35,15 @@ struct FamilyCommandOptions {
 
 /// One file a design: the output's name with the design's in place of {name}.
 std::vector<std::string> output_files(const FamilyCommandOptions& options) {
-    const std::size_t at = options.output.find(placeholder);
-    if (at == std::string::npos)
+    if (options.output.find(design_placeholder) == std::string::npos)
         throw base::UsageError(fmt::format(
             "--output {}: has no {} for the names of the designs, as in 'fitted/{}.obj'",
-            options.output, placeholder, placeholder));
+            options.output, design_placeholder, design_placeholder));
     std::vector<std::string> files;
     std::set<std::string> known;
     for (const std::string& design : options.designs) {
-        std::string file = options.output;
-        file.replace(at, std::string_view(placeholder).size(),
-                     std::filesystem::path(design).stem().string());
+        std::string file = named(options.output, design_placeholder,
+                                 std::filesystem::path(design).stem().string());
         if (!known.insert(file).second)
             throw base::UsageError(
                 fmt::format("two designs would be written to {}; rename one of them", file));

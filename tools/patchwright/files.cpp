@@ -138,6 +138,13 @@ bool is_standard_output(const std::string& file) {
            found.st_dev == standard.st_dev && found.st_ino == standard.st_ino;
 }
 
+std::string named(std::string pattern, std::string_view placeholder, const std::string& name) {
+    for (std::size_t at = 0; (at = pattern.find(placeholder, at)) != std::string::npos;
+         at += name.size())
+        pattern.replace(at, placeholder.size(), name);
+    return pattern;
+}
+
 std::string file_content(const std::string& file) {
     std::ifstream stream(file, std::ios::binary);
     std::string content{std::istreambuf_iterator<char>(stream), {}};

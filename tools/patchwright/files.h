@@ -32,6 +32,9 @@ bool has_extension(const std::string& file, std::string_view extension);
 /// "-", or another path of what standard output goes to.
 bool is_standard_output(const std::string& file);
 
+/// The pattern of an output's name with `name` wherever the placeholder stands.
+std::string named(std::string pattern, std::string_view placeholder, const std::string& name);
+
 /// All bytes of an input.
 /// @throw InputError when it cannot be read
 std::string file_content(const std::string& file);

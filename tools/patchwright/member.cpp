@@ -1,11 +1,10 @@
+#include "checks.h"
 #include "command.h"
-#include "options.h"
 #include "surface.h"
 #include "table.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/fit/modes.h>
-#include <patchwright/occ/assemble.h>
 
 #include <fmt/format.h>
 
@@ -62,14 +61,10 @@ int make_member(const MemberOptions& options) {
     if (!(cage.points.cwiseAbs().maxCoeff() <= geom::largest_coordinate))
         throw base::UsageError(fmt::format("--weights: they move control points beyond {:g}",
                                            geom::largest_coordinate));
-    if (!options.cad_out.empty()) {
-        const geom::Box3 box = geom::bounding_box(cage.points);
-        occ::check_size(box, options.modes);
-        convert::ShapeOptions making;
-        making.write.unit = run.report.unit;
-        write_surface(run, cage, options.cad_out, making,
-                      length_mm(options.tolerance, box.diagonal()));
-    }
+    if (!options.cad_out.empty())
+        write_moved_surface(
+            run, cage,
+            {.file = options.cad_out, .tolerance = options.tolerance, .cause = options.modes});
     write_cage(run, cage, options.output, run.report.unit);
     run.end_stage("write");
     return run.finish();
@@ -97,13 +92,7 @@ void register_member(CLI::App& app, int& exit_code) {
     command->add_option("--cage-unit", options->cage_unit, "unit of the cage's and modes' numbers")
         ->check(is_unit())
         ->capture_default_str();
-    command
-        ->add_option("--tolerance", options->tolerance,
-                     fmt::format("of --cad-out: largest distance from the limit surface, which is "
-                                 "exact away from extraordinary vertices: {}",
-                                 length_help))
-        ->check(is_length())
-        ->capture_default_str();
+    add_surface_tolerance(*command, options->tolerance);
     add_common_options(*command, options->common, true);
     command->callback([options, &exit_code] { exit_code = make_member(*options); });
 }

@@ -10,7 +10,6 @@
 #include <patchwright/fit/morph.h>
 #include <patchwright/grid/write.h>
 #include <patchwright/measure/verdict.h>
-#include <patchwright/occ/assemble.h>
 #include <patchwright/subd/normal_control.h>
 
 #include <fmt/format.h>
@@ -160,14 +159,12 @@ report::MorphFigures::Step carry_step(const Motion& motion, const StepFiles& fil
     std::optional<measure::Failures> bad_grid_cells;
     if (!files.outputs.grid.empty())
         bad_grid_cells = write_step_grid(motion, files.outputs.grid, moved, velocities);
-    if (!files.outputs.cad.empty()) {
-        const geom::Box3 box = geom::bounding_box(moved.points);
-        occ::check_size(box, files.displacements);
-        convert::ShapeOptions making;
-        making.write.unit = run.report.unit;
-        write_surface(run, moved, files.outputs.cad, making,
-                      length_mm(motion.options.tolerance, box.diagonal()), bad_grid_cells);
-    }
+    if (!files.outputs.cad.empty())
+        write_moved_surface(run, moved,
+                            {.file = files.outputs.cad,
+                             .tolerance = motion.options.tolerance,
+                             .cause = files.displacements,
+                             .bad_grid_cells = bad_grid_cells});
     write_cage(run, moved, files.outputs.cage, run.report.unit);
     run.end_stage("write");
     figures.verdict = run.report.verdict;
@@ -294,13 +291,7 @@ void register_morph(CLI::App& app, int& exit_code) {
     command->add_option("--cage-unit", options->cage_unit, "unit of the cage's and points' numbers")
         ->check(is_unit())
         ->capture_default_str();
-    command
-        ->add_option("--tolerance", options->tolerance,
-                     fmt::format("of --cad-out: largest distance from the limit surface, which is "
-                                 "exact away from extraordinary vertices: {}",
-                                 length_help))
-        ->check(is_length())
-        ->capture_default_str();
+    add_surface_tolerance(*command, options->tolerance);
     add_common_options(*command, options->common, true);
     command->callback([options, &exit_code] { exit_code = morph_cage(*options); });
 }

@@ -13,13 +13,6 @@ namespace patchwright::cli {
 
 namespace {
 
-std::string named(std::string pattern, const std::string& step) {
-    for (std::size_t at = 0; (at = pattern.find(step_placeholder, at)) != std::string::npos;
-         at += step.size())
-        pattern.replace(at, step_placeholder.size(), step);
-    return pattern;
-}
-
 /// @throw UsageError where steps would write the same file
 void check_pattern(const char* option, const std::string& pattern, std::size_t steps) {
     if (steps < 2 || pattern.empty() || pattern.find(step_placeholder) != std::string::npos) return;
@@ -88,8 +81,10 @@ std::vector<StepFiles> step_files(const std::vector<std::string>& displacements,
             throw base::UsageError(fmt::format("{} and {}: {} is '{}' for both; rename one of them",
                                                other->second, file, step_placeholder, step));
         steps.push_back({file,
-                         {named(patterns.cage, step), named(patterns.cad, step),
-                          named(patterns.grid, step), named(patterns.velocities, step)}});
+                         {named(patterns.cage, step_placeholder, step),
+                          named(patterns.cad, step_placeholder, step),
+                          named(patterns.grid, step_placeholder, step),
+                          named(patterns.velocities, step_placeholder, step)}});
     }
     return steps;
 }

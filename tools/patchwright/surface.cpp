@@ -1,6 +1,11 @@
 #include "surface.h"
 
+#include "options.h"
+
+#include <patchwright/occ/assemble.h>
 #include <patchwright/subd/normal_control.h>
+
+#include <fmt/format.h>
 
 #include <memory>
 
@@ -27,6 +32,25 @@ occ::CadModel write_surface(Run& run, const mesh::Cage& cage, const std::string&
     run.report.verdict = measure::assess(assessed);
     run.end_stage("check");
     return written;
+}
+
+void add_surface_tolerance(CLI::App& command, std::string& tolerance) {
+    command
+        .add_option("--tolerance", tolerance,
+                    fmt::format("of --cad-out: largest distance from the limit surface, which is "
+                                "exact away from extraordinary vertices: {}",
+                                length_help))
+        ->check(is_length())
+        ->capture_default_str();
+}
+
+void write_moved_surface(Run& run, const mesh::Cage& cage, const MovedSurface& surface) {
+    const geom::Box3 box = geom::bounding_box(cage.points);
+    occ::check_size(box, surface.cause);
+    convert::ShapeOptions making;
+    making.write.unit = run.report.unit;
+    write_surface(run, cage, surface.file, making, length_mm(surface.tolerance, box.diagonal()),
+                  surface.bad_grid_cells);
 }
 
 }  // namespace patchwright::cli

@@ -5,6 +5,7 @@
 
 #include <patchwright/convert/shape.h>
 
+#include <optional>
 #include <string>
 
 namespace patchwright::cli {
@@ -17,5 +18,20 @@ namespace patchwright::cli {
 occ::CadModel write_surface(Run& run, const mesh::Cage& cage, const std::string& file,
                             const convert::ShapeOptions& making, double tolerance_mm,
                             const std::optional<measure::Failures>& bad_grid_cells = std::nullopt);
+
+/// What write_moved_surface() is told beside the cage.
+struct MovedSurface {
+    std::string file;
+    std::string tolerance;  ///< of add_surface_tolerance()
+    std::string cause;      ///< file that moved the cage
+    std::optional<measure::Failures> bad_grid_cells = std::nullopt;
+};
+
+/// Adds the option --tolerance of what --cad-out writes.
+void add_surface_tolerance(CLI::App& command, std::string& tolerance);
+
+/// write_surface() in the report's unit, of a cage that was moved.
+/// @throw InputError naming the cause where the surface is too large for CAD
+void write_moved_surface(Run& run, const mesh::Cage& cage, const MovedSurface& surface);
 
 }  // namespace patchwright::cli

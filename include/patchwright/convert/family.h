@@ -15,7 +15,6 @@ struct FamilyOptions {
 /// What came of one design.
 struct FamilyMember {
     std::filesystem::path file;
-    report::InputFigures input;
     double tolerance_mm = 0.0;
     std::optional<Attempt> attempt;    ///< none: the time limit came first
     std::vector<std::string> notices;  ///< one line each, for the user

@@ -34,6 +34,7 @@ void check(const FitOptions& o) {
     require(o.reverse_samples >= 0, "reverse_samples must not be negative");
     require(o.solver.samples_per_edge >= 2, "samples_per_edge must be at least 2");
     require(o.solver.fairness >= 0.0, "fairness must not be negative");
+    require(o.solver.tangential_scale_rel >= 0.0, "tangential_scale_rel must not be negative");
     require(o.solver.max_cgls_iterations >= 1, "max_cgls_iterations must be positive");
 }
 

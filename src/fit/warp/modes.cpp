@@ -8,8 +8,8 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <numeric>
 
 namespace patchwright::fit {
 
@@ -96,7 +96,8 @@ Modes principal_modes(const std::shared_ptr<const mesh::Topology>& topology,
                       const std::vector<Points>& members, int count) {
     check(*topology, members, count);
     const auto n = Eigen::Index(members.size());
-    Modes modes{.mean = Points::Zero(topology->vertex_count(), 3)};
+    Modes modes{.mean = Points::Zero(topology->vertex_count(), 3),
+                .weights = Eigen::MatrixXd(n, 0)};
     for (const Points& points : members) modes.mean += points / double(n);
     const SurfaceProduct on_surface(*topology, modes.mean);
     std::vector<Points> displacements;
@@ -109,7 +110,9 @@ Modes principal_modes(const std::shared_ptr<const mesh::Topology>& topology,
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(products);
     modes.variance_mm2 = products.trace() / double(n);
-    const double least = rounding * std::max(eigen.eigenvalues()[n - 1], 0.0);
+    // Members that are equal differ by the rounding of their mean.
+    const double size = 1e-15 * modes.mean.norm();
+    const double least = std::max(rounding * eigen.eigenvalues()[n - 1], size * size);
     for (Eigen::Index k = n - 1; k >= 0 && modes.count() < count; --k) {
         const double square = eigen.eigenvalues()[k];
         if (!(square > least)) break;
@@ -125,6 +128,7 @@ Modes principal_modes(const std::shared_ptr<const mesh::Topology>& topology,
         modes.weights.conservativeResize(n, modes.count());
         modes.weights.col(modes.count() - 1) = std::sqrt(square) * shares;
     }
+    if (modes.count() == 0) modes.variance_mm2 = 0.0;
     return modes;
 }
 
