@@ -154,9 +154,9 @@ report::SolidFigures solid_figures(const std::string& file, const occ::CadModel&
             .bounds = i.bounds};
 }
 
-std::shared_ptr<const geom::ModelSurface> Source::shared_surface() const {
-    if (mesh) return mesh;
-    return cad;
+const geom::ModelSurface& Source::surface() const {
+    if (mesh) return *mesh;
+    return *cad;
 }
 
 occ::ReferenceOptions Source::reference_options(base::Progress progress) const {

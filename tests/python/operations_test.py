@@ -201,8 +201,12 @@ class AsTheCommandLine(ModuleTest):
                         self.report("refit", self.folder / "a.obj", WING / "wing.step", "-o", self.folder / "c.obj", "--cad-out", a,
                                     *words))
         self.assertTrue(b.exists())
+        self.check_same(pw.refit(cage, WING / "wing.step", from_=WING / "wing.igs", tolerance="1e-3rel"),
+                        self.report("refit", cage, WING / "wing.step", "--from", WING / "wing.igs", "-o", self.folder / "c.obj", *words))
         with self.assertRaises(pw.InputError):
             pw.refit(SAMPLES / "cages" / "cube.obj", WING / "wing.step")
+        with self.assertRaisesRegex(pw.InputError, "6 faces"):
+            pw.refit(result.cage, WING / "wing.step", from_=b)
 
     def test_make_cage(self):
         report = self.report("cage", WING / "wing.igs", "-o", self.folder / "a.obj")
@@ -251,7 +255,7 @@ class Options(ModuleTest):
     ELSEWHERE = {"output", "cage-out", "cad-out", "json", "report", "field", "picture", "picture-view", "picture-direction", "picture-zoom",
                  "picture-layer", "picture-size", "quiet", "verbose", "threads", "help", "progress", "config", "cage-unit", "time-stamp", "size-array",
                  "sensor-array"}
-    OTHER_NAMES = {"cluster": "clusters", "plot3d": "form", "no-heal": "heal"}
+    OTHER_NAMES = {"cluster": "clusters", "plot3d": "form", "no-heal": "heal", "from": "from_"}
 
     def test_python_has_the_options_of_the_command_line(self):
         import inspect

@@ -2,11 +2,9 @@
 
 #include <patchwright/base/error.h>
 #include <patchwright/convert/figures.h>
-#include <patchwright/subd/limit_mask.h>
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <memory>
 #include <optional>
 
@@ -20,22 +18,6 @@ struct RefitCommandOptions {
     InputOptions read;
     std::string cage_file, input, earlier, output, cad_out;
 };
-
-/// What the cage was not fitted to says nothing about where its points have gone.
-void check_fitted_to(const convert::Source& earlier, const mesh::Cage& cage,
-                     const RefitCommandOptions& options) {
-    constexpr double most = 0.01;  // of the diagonal: no fit is as far off
-    const double diagonal = earlier.input.diagonal;
-    double farthest = 0.0;
-    for (const mesh::VertexId v : cage.topology->vertices())
-        farthest = std::max(farthest,
-                            earlier.surface().foot_point(subd::limit_position(cage, v)).distance);
-    if (farthest <= most * diagonal) return;
-    throw base::InputError(
-        fmt::format("{}: the cage {} is {:.2g} of its diagonal away from it: it was not fitted to "
-                    "it; leave --from out",
-                    options.earlier, options.cage_file, farthest / diagonal));
-}
 
 int refit_file(const RefitCommandOptions& options) {
     Run run(options.common, {{options.cage_file, options.input, options.earlier},
@@ -51,11 +33,7 @@ int refit_file(const RefitCommandOptions& options) {
     convert::ConvertOptions refitting =
         convert_options(run, source, options.fit, CageArguments(), options.cage_file);
     refitting.refit = true;
-    if (earlier) {
-        check_fitted_to(*earlier, *refitting.cage, options);
-        refitting.change = std::make_shared<const fit::ModelChange>(
-            earlier->shared_surface(), source.shared_surface(), options.earlier);
-    }
+    refitting.earlier = earlier ? &*earlier : nullptr;
     refitting.shape.write.unit = run.report.unit;
     const convert::Conversion refitted =
         options.cad_out.empty()
@@ -84,8 +62,9 @@ void register_refit(CLI::App& app, int& exit_code) {
     command->add_option("input", options->input, input_help)->required();
     command->add_option(
         "--from", options->earlier,
-        "what the cage was fitted to: where both models have the same faces, points "
-        "go with these, however far");
+        "what the cage was fitted to, with the same faces as the new model by name or order, as "
+        "parametric CAD writes them: points go with these, however far; refused where faces do not "
+        "correspond");
     command->add_option("-o,--output", options->output, "control mesh of the new shape (OBJ)")
         ->required();
     command->add_option("--cad-out", options->cad_out,

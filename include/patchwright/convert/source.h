@@ -43,8 +43,7 @@ struct Source {
     std::vector<std::string> notices;  ///< one line each, for the user
 
     /// @pre made with a surface
-    [[nodiscard]] const geom::ModelSurface& surface() const { return *shared_surface(); }
-    [[nodiscard]] std::shared_ptr<const geom::ModelSurface> shared_surface() const;
+    [[nodiscard]] const geom::ModelSurface& surface() const;
     /// For reference surfaces of `model` or its bodies.
     [[nodiscard]] occ::ReferenceOptions reference_options(base::Progress progress) const;
 };

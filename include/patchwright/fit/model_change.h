@@ -3,33 +3,38 @@
 
 #include <patchwright/geom/model_surface.h>
 
-#include <memory>
-#include <optional>
 #include <string>
+#include <vector>
 
 #pragma GCC visibility push(default)
 namespace patchwright::fit {
 
-/// Maps points of an earlier state of a model to a later one, as parametric CAD leaves them: onto
-/// the face of the same name, or number where names do not tell faces apart, at the same share of
-/// its range of parameters.
+struct ModelState {
+    const geom::ModelSurface& surface;
+    std::string name;  ///< in messages
+};
+
+/// Displacements of points from an earlier state of a model to a later one, as parametric CAD
+/// leaves them: onto the face of the same name, or number where names do not tell faces apart, at
+/// the same share of its range of parameters. Faces whose border comes to lie elsewhere than their
+/// neighbours' does, as planes with other axes, move with the neighbours' border in place of that.
 class ModelChange {
   public:
-    /// @param name  of the earlier model, in messages
-    /// @throw InputError where the models have no CAD faces, other numbers of them, or faces that
-    ///        belong together are beside different ones: then nothing is known of the change
-    ModelChange(std::shared_ptr<const geom::ModelSurface> earlier,
-                std::shared_ptr<const geom::ModelSurface> later, const std::string& name);
+    /// Refers to both models.
+    /// @throw InputError where the models have no CAD faces, other numbers of them, or more than
+    ///        half of the faces' borders do not fit: then nothing is known of the change
+    ModelChange(const ModelState& earlier, const ModelState& later);
     ~ModelChange();
+    ModelChange(const ModelChange&) = delete;
+    ModelChange& operator=(const ModelChange&) = delete;
 
-    [[nodiscard]] const geom::ModelSurface& earlier() const { return *earlier_; }
-    /// Where the earlier model's point nearest to this one has gone. Thread-safe.
-    [[nodiscard]] geom::Vec3 operator()(const geom::Vec3& point) const;
+    /// Displacement of the earlier model's point nearest to this one. Thread-safe.
+    [[nodiscard]] geom::Vec3 displacement_at(const geom::Vec3& point) const;
 
   private:
-    struct Faces;
-    std::shared_ptr<const geom::ModelSurface> earlier_, later_;
-    std::unique_ptr<const Faces> faces_;
+    struct FaceMap;
+    const geom::ModelSurface &earlier_, &later_;
+    std::vector<FaceMap> faces_;
 };
 
 }  // namespace patchwright::fit

@@ -25,6 +25,20 @@ RefitResult refit_from(const mesh::Cage& cage, const geom::ReferenceSurface& ref
     return result;
 }
 
+bool meets(const FitResult& fitted) {
+    return fitted.within_tolerance && fitted.levels.front().folded == 0;
+}
+
+/// Folds are looked for within the tolerance only: of what misses, the first one stays unless
+/// another is clearly nearer.
+bool better(const FitResult& a, const FitResult& b) {
+    constexpr double clearly = 0.9;
+    if (a.within_tolerance != b.within_tolerance) return a.within_tolerance;
+    const FitLevel &left = a.levels.front(), &right = b.levels.front();
+    return a.within_tolerance ? left.folded < right.folded
+                              : left.largest() < clearly * right.largest();
+}
+
 }  // namespace
 
 RefitResult refit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
@@ -36,11 +50,13 @@ RefitResult refit(const mesh::Cage& cage, const geom::ReferenceSurface& referenc
     const TurnedReference turned(reference);
     const geom::ReferenceSurface& facing = away ? turned : reference;
     RefitResult best = refit_from(cage, facing, options, usual_cells, change);
-    if (!best.fit.within_tolerance && !best.fit.stopped_by_time_limit) {
+    std::vector<int> others{most_cells};
+    if (change != nullptr) others.insert(others.begin(), usual_cells);
+    for (const int cells : others) {
+        if (meets(best.fit) || best.fit.stopped_by_time_limit) break;
         try {
-            RefitResult finer = refit_from(cage, facing, options, most_cells, change);
-            if (finer.fit.levels.front().largest() < best.fit.levels.front().largest())
-                best = std::move(finer);
+            RefitResult other = refit_from(cage, facing, options, cells, nullptr);
+            if (better(other.fit, best.fit)) best = std::move(other);
         } catch (const base::TimeLimitReached&) {
             best.fit.stopped_by_time_limit = true;
         }

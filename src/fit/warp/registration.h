@@ -15,10 +15,10 @@ struct Registration {
 /// points on the side that they face, corners between creases and borders to corners of the
 /// reference, one to one, chains between such corners to the curves between these, by shares of
 /// their arc length.
-/// Where it is known how the model has changed, samples of faces and chains first go where their
-/// foot points on the earlier model have gone.
+/// Where it is known how the model has changed, samples go where their foot points on the earlier
+/// model have gone in place of that.
 /// @param finest  cells of the finest lattice along the longest side of the cage's box
-/// @param change  none: not known
+/// @param change  null: not known
 /// @pre the reference faces as the cage does
 Registration registered(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
                         const FitOptions& options, int finest, const ModelChange* change = nullptr);
