@@ -247,8 +247,9 @@ ModelChange::ModelChange(const ModelState& from_state, const ModelState& to_stat
     for (std::size_t f = 0; f < names.size(); ++f) {
         if (fits[f]) continue;
         if (2 * fitting < names.size() || borders[f].empty())
-            refuse(fmt::format("{} of its {} faces have other parameters than in the new model",
-                               names.size() - fitting, names.size()));
+            refuse(fmt::format(
+                "{} of its {} faces have another order or other parameters than the new model's",
+                names.size() - fitting, names.size()));
         faces_[f].with_border.emplace(borders[f]);
     }
 }
