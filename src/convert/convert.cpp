@@ -194,7 +194,14 @@ class AttemptRunner {
 
     [[nodiscard]] fit::FitResult refitted(Attempt& attempt, const fit::FitOptions& fitting) const {
         check_earlier_state(attempt.cage, source_);
-        fit::RefitResult carried = fit::refit(attempt.cage, surface(), fitting);
+        std::optional<fit::ModelChange> change;
+        if (const Source* earlier = options_.earlier) {
+            check_fitted_to(attempt.cage, *earlier, source_);
+            change.emplace(fit::ModelState{earlier->surface(), earlier->input.file},
+                           fit::ModelState{surface(), source_.input.file});
+        }
+        fit::RefitResult carried =
+            fit::refit(attempt.cage, surface(), fitting, change ? &*change : nullptr);
         attempt.fit.carried = std::move(carried.stages);
         return std::move(carried.fit);
     }

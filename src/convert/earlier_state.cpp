@@ -1,8 +1,11 @@
 #include "convert/earlier_state.h"
 
 #include <patchwright/base/error.h>
+#include <patchwright/subd/limit_mask.h>
 
 #include <fmt/format.h>
+
+#include <algorithm>
 
 namespace patchwright::convert {
 
@@ -11,6 +14,9 @@ namespace {
 /// Of the diagonals: models that change by more are another model, or in another unit; the smallest
 /// factor between two units is 2.54.
 constexpr double largest_ratio = 2.0;
+/// Of the diagonal: limit points from what the cage was fitted to. Fits that have missed by less
+/// are still fits.
+constexpr double farthest_rel = 5e-3;
 
 }  // namespace
 
@@ -28,6 +34,19 @@ void check_earlier_state(const mesh::Cage& cage, const Source& source) {
                     "the model; make a cage with convert or cage",
                     source.input.file, source.figures.closed ? "closed" : "open",
                     borders == 0 ? "closed" : fmt::format("has {} border edges", borders)));
+}
+
+void check_fitted_to(const mesh::Cage& cage, const Source& earlier, const Source& source) {
+    double farthest = 0.0;
+    for (const mesh::VertexId v : cage.topology->vertices()) {
+        const geom::Vec3 limit = subd::limit_position(cage, v);
+        farthest = std::max(farthest, earlier.surface().foot_point(limit).distance);
+    }
+    if (farthest <= farthest_rel * earlier.input.diagonal) return;
+    throw base::InputError(fmt::format(
+        "{}: the cage's limit surface is up to {:.2g} of the diagonal from this model: it was not "
+        "fitted to it; refit to {} without it, or check the cage's unit and the model's",
+        earlier.input.file, farthest / earlier.input.diagonal, source.input.file));
 }
 
 }  // namespace patchwright::convert

@@ -187,14 +187,16 @@ py::tuple fit_model(const PyModel& model, const std::optional<PyCage>& given, co
     return py::make_tuple(told[0], told[1], PyCage(done.attempts.front().fitted));
 }
 
-py::tuple refit_model(const PyModel& model, const std::optional<fs::path>& output,
-                      const PyCage& given, const py::dict& named, py::object progress) {
+py::tuple refit_model(const PyModel& model, const PyModel* earlier,
+                      const std::optional<fs::path>& output, const PyCage& given,
+                      const py::dict& named, py::object progress) {
     const Options options(named);
     const convert::Source& source = *model.source;
     refuse_control_mesh(source);
     if (output) check_output(*output);
     convert::ConvertOptions refitting = convert_options(options, source, given.checked());
     refitting.refit = true;
+    refitting.earlier = earlier == nullptr ? nullptr : earlier->source.get();
     refitting.shape.write.unit = source.input.unit;
     report::RunReport report = report_of(source, options, "refit");
     Call call(std::move(progress));

@@ -81,11 +81,24 @@ class FootPointsOfTheKernel(CliTest):
             for figure in ("max", "rms", "reverse_max", "curve_max"):
                 self.assertAlmostEqual(of_search[figure], of_kernel[figure], delta=1e-9 * a["input"]["diagonal"])
 
-    def test_comparing_has_the_same_figures(self):
+    def sheets(self):
         """Two patches with one corner at two heights."""
         for name, height in (("a", 20), ("b", 22)):
             sheet = self.path(f"{name}.obj", f"v 0 0 0\nv 100 0 0\nv 100 100 {height}\nv 0 100 0\nf 1 2 3 4\n")
             self.report("export", sheet, "-o", self.path(f"{name}.step"))
+
+    def test_a_conversion_has_the_same_figures(self):
+        self.sheets()
+        a, b = (self.report("convert", self.path("a.step"), "--cage", self.path("b.obj"), "-o", self.path(f"{way}.step"), "--tolerance",
+                            "1e-2rel", "--max-levels", 0, "--samples", 100, "--foot-points", way) for way in ("search", "kernel"))
+        self.assertEqual(b["options"]["foot-points"], "kernel")
+        # Samples are spread by what else a search knows: largest distances are refined, and the same.
+        for side in ("output_to_input", "input_to_output"):
+            self.assertGreater(a["deviation"][side]["max"], 1e-5 * a["input"]["diagonal"])
+            self.assertAlmostEqual(a["deviation"][side]["max"], b["deviation"][side]["max"], delta=1e-9 * a["input"]["diagonal"])
+
+    def test_comparing_has_the_same_figures(self):
+        self.sheets()
         compared = [self.report("compare", self.path("a.step"), self.path("b.step"), "--samples", 200, "--foot-points", way)
                     for way in ("search", "kernel")]
         for side in ("output_to_input", "input_to_output"):

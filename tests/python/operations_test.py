@@ -201,8 +201,29 @@ class AsTheCommandLine(ModuleTest):
                         self.report("refit", self.folder / "a.obj", WING / "wing.step", "-o", self.folder / "c.obj", "--cad-out", a,
                                     *words))
         self.assertTrue(b.exists())
+        self.check_same(pw.refit(cage, WING / "wing.step", from_=WING / "wing.step", tolerance="1e-3rel"),
+                        self.report("refit", cage, WING / "wing.step", "--from", WING / "wing.step", "-o", self.folder / "c.obj", *words))
         with self.assertRaises(pw.InputError):
             pw.refit(SAMPLES / "cages" / "cube.obj", WING / "wing.step")
+        with self.assertRaisesRegex(pw.InputError, "6 faces"):
+            pw.refit(result.cage, WING / "wing.step", from_=b)
+
+    def test_foot_points_of_the_kernel(self):
+        file = self.folder / "slope.step"
+        pw.export(pw.Cage([[0, 0, 0], [100, 0, 100], [100, 80, 100], [0, 80, 0]], [[0, 1, 2, 3]]), file)
+        # The limit surface is in the plane z = x.
+        points = np.array([[45, 40, 55], [60, 35, 40], [50, 45, 50.5]])
+        models = [pw.read(file, foot_points=way) for way in ("search", "kernel")]
+        for model in models:
+            feet, distances = model.foot_points(points)
+            np.testing.assert_allclose(distances, abs(points[:, 2] - points[:, 0]) / np.sqrt(2), atol=1e-9)
+            np.testing.assert_allclose(feet[:, [0, 2]], points[:, [0, 2]].mean(axis=1)[:, None] * [1, 1], atol=1e-6)
+        for a, b in zip(*(model.foot_points([[-50, -20, 3], [0, 200, 90]]) for model in models)):
+            np.testing.assert_allclose(a, b, atol=1e-6)
+        with self.assertRaisesRegex(pw.UsageError, "search, kernel"):
+            pw.read(file, foot_points="occ")
+        with self.assertRaisesRegex(pw.InputError, "triangles"):
+            pw.read(SAMPLES / "cages" / "cube.obj", foot_points="kernel")
 
     def test_make_cage(self):
         report = self.report("cage", WING / "wing.igs", "-o", self.folder / "a.obj")
@@ -251,7 +272,7 @@ class Options(ModuleTest):
     ELSEWHERE = {"output", "cage-out", "cad-out", "json", "report", "field", "picture", "picture-view", "picture-direction", "picture-zoom",
                  "picture-layer", "picture-size", "quiet", "verbose", "threads", "help", "progress", "config", "cage-unit", "time-stamp", "size-array",
                  "sensor-array"}
-    OTHER_NAMES = {"cluster": "clusters", "plot3d": "form", "no-heal": "heal"}
+    OTHER_NAMES = {"cluster": "clusters", "plot3d": "form", "no-heal": "heal", "from": "from_"}
 
     def test_python_has_the_options_of_the_command_line(self):
         import inspect

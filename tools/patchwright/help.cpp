@@ -33,6 +33,7 @@ const std::map<std::string, Described> descriptions{
     {"--output", {"Files", "FILE"}},
     {"--cage", {"Files", "CAGE.obj"}},
     {"--cad-out", {"Files", "FILE"}},
+    {"--from", {"Files", "FILE"}},
     {"--displacements", {"Files", "FILE.csv"}},
     {"family --output", {"Files", "'FOLDER/{name}.obj'"}},
     {"--modes", {"Accuracy", "N"}},
@@ -130,7 +131,8 @@ const std::map<std::string, std::string> examples{
      "  patchwright fit wing.step --cage fitted.obj -o through_points.obj --interpolate"},
     {"refit",
      "  patchwright refit fitted.obj bent_wing.step -o bent.obj\n"
-     "  patchwright refit fitted.obj bent_wing.step -o bent.obj --cad-out bent.step"},
+     "  patchwright refit fitted.obj bent_wing.step --from wing.step -o bent.obj --cad-out "
+     "bent.step"},
     {"family",
      "  patchwright family fitted.obj designs/*.step -o 'members/{name}.obj' --modes 5 "
      "--modes-out modes.csv"},

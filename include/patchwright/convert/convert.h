@@ -33,6 +33,9 @@ struct ConvertOptions {
     /// The cage was fitted to an earlier state of the model: it is carried over to this one and
     /// keeps its topology, see fit::refit.
     bool refit = false;
+    /// Of a refit: what the cage was fitted to, with the same faces as the model has; not owned,
+    /// null: not known.
+    const Source* earlier = nullptr;
     ShapeOptions shape;
     int samples = 20000;  ///< of the check, each way
 };

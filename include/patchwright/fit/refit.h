@@ -2,6 +2,7 @@
 #pragma once
 
 #include <patchwright/fit/fit.h>
+#include <patchwright/fit/model_change.h>
 
 #include <vector>
 
@@ -9,7 +10,7 @@
 namespace patchwright::fit {
 
 /// What one stage of the registration reached; distances are those of samples of the limit surface
-/// from their foot points.
+/// from their foot points, or from where a known change puts them.
 struct WarpStage {
     int cells = 0;  ///< of the lattice, along the longest side; 0: an affine map
     int steps = 0;
@@ -27,12 +28,14 @@ struct RefitResult {
 
 /// Carries the cage to the reference by a registration (affine, then lattices of B-splines that
 /// become finer), then fits it without refining it: the topology stays, with its names, creases and
-/// tags. Pinned control points do not move. Where the result misses, a finer lattice is tried, and
-/// the nearer result is kept.
+/// tags. Pinned control points do not move. Where the change is known, the registration follows it
+/// first. Where the result misses or folds, it is tried without the change and with a finer
+/// lattice, and the best one is kept.
 /// @param options  as of fit(), but for max_levels and refinement, which have no effect
+/// @param change   to the reference, from what the cage was fitted to; null: not known
 /// @throw as fit()
 RefitResult refit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-                  const FitOptions& options = {});
+                  const FitOptions& options = {}, const ModelChange* change = nullptr);
 
 }  // namespace patchwright::fit
 #pragma GCC visibility pop

@@ -17,9 +17,9 @@ struct Distribution {
 /// Points beside the input's sharp and free edges are left out, and those that have no counterpart
 /// on the input.
 struct RelativeFairness {
-    int samples = 0;          ///< that count
-    int left_out = 0;         ///< beside edges
-    int unmatched = 0;        ///< without a tangent plane, or far from the input
+    int samples = 0;                ///< that count
+    int left_out = 0;               ///< beside edges
+    int unmatched = 0;              ///< without a tangent plane, or far from the input
     Distribution normal_angle_rad;  ///< between the normals of output and input, 0 to pi
     /// |mean curvature of the output - that of the input| times the input's diagonal; mean
     /// curvature is half the sum of the principal ones.

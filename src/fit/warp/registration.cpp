@@ -4,6 +4,7 @@
 #include "fit/warp/lattice.h"
 
 #include <patchwright/base/parallel.h>
+#include <patchwright/subd/limit_mask.h>
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -76,6 +77,13 @@ std::vector<subd::Site> some_face_sites(const mesh::Topology& topology) {
     for (std::size_t i = 0; i < all.size(); i += std::max<std::size_t>(step, 1))
         some.push_back(all[i]);
     return some;
+}
+
+Points limit_positions(const mesh::Cage& cage) {
+    Points limits(cage.points.rows(), 3);
+    for (const mesh::VertexId v : cage.topology->vertices())
+        limits.row(v.value) = subd::limit_position(cage, v).transpose();
+    return limits;
 }
 
 /// Points at the same shares of a path's length as those of the chain have of its own. A closed
@@ -165,9 +173,11 @@ class Registering {
         options_.feature_reach_rel = std::max(options_.feature_reach_rel, reach_rel);
     }
 
-    Registration run(int finest) && {
+    Registration run(int finest, const ModelChange* change) && {
         Registration result;
-        if (ties_of(cage_.points).rms > near_share * options_.tolerance_mm) {
+        if (change != nullptr) {
+            follow(*change, finest, result.stages);
+        } else if (ties_of(cage_.points).rms > near_share * options_.tolerance_mm) {
             chain_ties_ = ChainTies::Shares;
             stage(0, result.stages);
             stage(coarsest, result.stages);
@@ -182,9 +192,31 @@ class Registering {
     }
 
   private:
+    /// Lattices are smooth, so that narrow faces keep their shape. What is left of the
+    /// displacements of limit points is taken as that of control points, whose masks are weights of
+    /// means: unlike an interpolation it does not overshoot where the change has kinks.
+    void follow(const ModelChange& change, int finest, std::vector<WarpStage>& stages) {
+        surface_.apply(cage_.points, known_);
+        move(known_, change);
+        Points wanted = limit_positions(cage_);
+        move(wanted, change);
+        for (int cells = 0; cells <= finest && is_small(cells);
+             cells = std::max(coarsest, 2 * cells))
+            stage(cells, stages);
+        known_.resize(0, 3);
+        cage_.points = moved_by(cage_.points, wanted - limit_positions(cage_));
+    }
+
+    static void move(Points& points, const ModelChange& change) {
+        base::parallel_for(std::size_t(points.rows()), 16, [&](std::size_t first, std::size_t end) {
+            for (auto i = Eigen::Index(first); i < Eigen::Index(end); ++i)
+                points.row(i) += change.displacement_at(points.row(i).transpose()).transpose();
+        });
+    }
+
     [[nodiscard]] bool is_small(int cells) const {
-        return DisplacementBasis::lattice_size(geom::bounding_box(cage_.points), cells) <=
-               most_nodes;
+        return cells == 0 || DisplacementBasis::lattice_size(geom::bounding_box(cage_.points),
+                                                             cells) <= most_nodes;
     }
 
     /// @param cells  of the lattice; 0: an affine map
@@ -260,7 +292,17 @@ class Registering {
         return Eigen::Map<const Points>(solution.data(), n, 3);
     }
 
+    [[nodiscard]] Ties known_ties(const Points& points) const {
+        Ties ties(known_.rows());
+        surface_.apply(points, ties.at);
+        ties.target = known_;
+        std::fill(ties.metric.begin(), ties.metric.end(), Matrix3::Identity());
+        ties.sum_up();
+        return ties;
+    }
+
     [[nodiscard]] Ties ties_of(const Points& points) const {
+        if (known_.rows() > 0) return known_ties(points);
         const mesh::Cage cage{cage_.topology, points};
         const int n = options_.solver.samples_per_edge;
         const Points on_curves = curve_points(cage, curves_, n);
@@ -342,13 +384,14 @@ class Registering {
     std::vector<mesh::VertexId> corners_;
     subd::LimitOperator surface_;
     ChainTies chain_ties_ = ChainTies::Nearest;
+    Points known_;  ///< where samples of the surface belong; empty: not known
 };
 
 }  // namespace
 
 Registration registered(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-                        const FitOptions& options, int finest) {
-    return Registering(cage, reference, options).run(finest);
+                        const FitOptions& options, int finest, const ModelChange* change) {
+    return Registering(cage, reference, options).run(finest, change);
 }
 
 }  // namespace patchwright::fit

@@ -15,9 +15,12 @@ struct Registration {
 /// points on the side that they face, corners between creases and borders to corners of the
 /// reference, one to one, chains between such corners to the curves between these, by shares of
 /// their arc length.
+/// Where it is known how the model has changed, samples go where their foot points on the earlier
+/// model have gone in place of that.
 /// @param finest  cells of the finest lattice along the longest side of the cage's box
+/// @param change  null: not known
 /// @pre the reference faces as the cage does
 Registration registered(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-                        const FitOptions& options, int finest);
+                        const FitOptions& options, int finest, const ModelChange* change = nullptr);
 
 }  // namespace patchwright::fit

@@ -128,16 +128,19 @@ def fit(model: ModelLike, *, cage: Cage | str | os.PathLike[str] | None = None, 
 
 
 def refit(cage: Cage | str | os.PathLike[str], model: ModelLike, output: str | os.PathLike[str] | None = None, *,
-          tolerance: Length = "1e-4rel", time_limit: float | None = None, symmetry: str = "detect",
-          progress: Progress = None, cancel: Event | None = None) -> Refit:
+          from_: ModelLike | None = None, tolerance: Length = "1e-4rel", time_limit: float | None = None,
+          symmetry: str = "detect", progress: Progress = None, cancel: Event | None = None) -> Refit:
     """Fits a fitted cage to a model that has changed: vertices, faces, names and tags stay, points are carried along.
 
     output: CAD of the new limit surface, written and checked as by convert(). Options and errors: convert.
+    from_: what the cage was fitted to, with the same faces as the model by name or order: points go with these, however
+    far. Raises InputError where faces do not correspond, or the cage was not fitted to it.
     """
-    path = None if output is None else _output(output, [model, cage])
+    path = None if output is None else _output(output, [model, cage, from_])
     given = as_model(model, progress, cancel)
+    earlier = None if from_ is None else as_model(from_, progress, cancel)._held
     options = _options(tolerance=tolerance, time_limit=time_limit, symmetry=symmetry)
-    report, text, fitted = _core.refit(given._held, None if path is None else os.fspath(path), _cage_of(cage), options,
+    report, text, fitted = _core.refit(given._held, earlier, None if path is None else os.fspath(path), _cage_of(cage), options,
                                        _checks.callback(progress, cancel))
     return Refit(report, text, path, Cage._of(fitted))
 
