@@ -13,6 +13,7 @@ namespace patchwright::cage {
 struct Port {
     int node = -1;
     LineStart start;
+    double half_spacing = 0.0;  ///< half the angle to the next port or border, radians
     bool used = false;
 };
 
