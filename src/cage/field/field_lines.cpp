@@ -170,20 +170,7 @@ class LineMaker {
         return path.back();
     }
 
-    /// Whether a direction out of a port's node is nearer to that port than to the next ones and to
-    /// borders.
-    [[nodiscard]] bool is_nearest(const Port& port, const Vec3& direction) const {
-        const int v = port.start.vertex;
-        const PolarPlace one = lined_.place_of(v, port.start.direction),
-                         other = lined_.place_of(v, direction);
-        if (one.first != other.first) return false;
-        const VertexFan fan = lined_.fans(v).front();
-        const double off = std::abs(one.angle - other.angle);
-        return (fan.closed ? std::min(off, fan.angle - off) : off) < port.half_spacing;
-    }
-
-    /// The free port that a line arrives at, the one whose own line is nearest and whose part of
-    /// the angle around the node it comes through; -1: none.
+    /// The free port that a line arrives at, the one whose own line is nearest; -1: none.
     [[nodiscard]] int arrival(const Connection& c, const TracedLine& line) const {
         std::vector<Vec3> path{node_point(c.node)};
         for (std::size_t i = line.points.size(); i-- > 0;)
@@ -201,8 +188,7 @@ class LineMaker {
             best = p;
         }
         const bool clear = least < nearer_than_others * second;
-        if (!clear || best == c.port || nodes_.ports[at(best)].used) return -1;
-        return is_nearest(nodes_.ports[at(best)], path[1] - path[0]) ? best : -1;
+        return clear && best != c.port && !nodes_.ports[at(best)].used ? best : -1;
     }
 
     void connect() {
@@ -232,9 +218,7 @@ class LineMaker {
         }
     }
 
-    /// All other lines, the shortest first, but those that would graze a wall, so that there were
-    /// a triangle on one side of them and a pentagon on the other: without such a line both are one
-    /// piece of four sides, which runs straight past the port.
+    /// All other lines, the shortest first.
     void go_on() {
         std::vector<std::pair<double, int>> order;
         for (int p = 0; p < int(nodes_.ports.size()); ++p) {
@@ -243,29 +227,7 @@ class LineMaker {
             order.emplace_back(trace_line(lined_, nodes_.ports[at(p)].start, {}, poll_).length, p);
         }
         std::sort(order.begin(), order.end());
-        std::vector<char> left_out(nodes_.ports.size(), 0);
-        for (const auto& [length, p] : order) {
-            const LineStart& start = nodes_.ports[at(p)].start;
-            left_out[at(p)] =
-                !beside(p, left_out) && grazes(trace_line(lined_, start, {}, poll_)) ? 1 : 0;
-            if (left_out[at(p)] == 0) draw_to_wall(start);
-        }
-    }
-
-    /// Whether a line comes to a wall that runs as it does: there is no room for a quad's corner.
-    [[nodiscard]] bool grazes(const TracedLine& line) const {
-        if (line.end != LineEnd::Wall || line.points.empty()) return false;
-        const SidePoint& p = line.points.back();
-        const Vec3 wall = lined_.mesh().point(p.b) - lined_.mesh().point(p.a);
-        return std::abs(wall.dot(line.direction)) > wall.cross(line.direction).norm();
-    }
-
-    /// Whether a port next to another one around its node is marked.
-    [[nodiscard]] bool beside(int p, const std::vector<char>& marked) const {
-        const auto& ports = nodes_.ports_of[at(nodes_.ports[at(p)].node)];
-        const auto i = std::size_t(std::find(ports.begin(), ports.end(), p) - ports.begin());
-        const std::size_t n = ports.size();
-        return marked[at(ports[(i + 1) % n])] != 0 || marked[at(ports[(i + n - 1) % n])] != 0;
+        for (const auto& [length, p] : order) draw_to_wall(nodes_.ports[at(p)].start);
     }
 
     void draw_to_wall(LineStart start) {

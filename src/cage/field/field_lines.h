@@ -18,8 +18,7 @@ struct FieldLines {
 };
 
 /// Connects singularities and corners first, the shortest and straightest ones first, by lines that
-/// deviate from the field by little; what is left goes on until it meets a line or a border at
-/// more than 45 degrees. What would meet it at less is left out, and the piece goes past its port.
+/// deviate from the field by little; what is left goes on until it meets a line or a border.
 /// Source: Campen, Bommes and Kobbelt, Quantized global parametrization (2015); Pietroni et al.,
 /// Reliable feature-line driven quad-remeshing (2021); both connect nodes first.
 /// @param mesh, field  changed: lines become sides of triangles, in their planes

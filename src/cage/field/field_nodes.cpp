@@ -43,30 +43,27 @@ class NodeMaker {
             const VertexFan fan = lined_.fans(s.vertex).front();
             const int count = std::max(s.valence, least_valence);
             const double first = first_port(lined_, s.vertex, fan, count);
-            for (int k = 0; k < count; ++k)
-                add(s.vertex, fan, first + fan.angle * k / count, fan.angle / count);
+            for (int k = 0; k < count; ++k) add(s.vertex, fan, first + fan.angle * k / count);
         }
         for (const FieldSector& s : topology.sectors) {
             if (s.quads < 2) continue;
             for (const VertexFan& fan : lined_.fans(s.vertex)) {
                 if (fan.wedges[0].next != s.next || s.quads < 3) continue;
-                for (int k = 1; k < s.quads; ++k)
-                    add(s.vertex, fan, fan.angle * k / s.quads, fan.angle / s.quads);
+                for (int k = 1; k < s.quads; ++k) add(s.vertex, fan, fan.angle * k / s.quads);
             }
         }
         return std::move(nodes_);
     }
 
   private:
-    void add(int v, const VertexFan& fan, double angle, double spacing) {
+    void add(int v, const VertexFan& fan, double angle) {
         const auto [it, added] = number_.emplace(v, int(nodes_.vertex.size()));
         if (added) {
             nodes_.vertex.push_back(v);
             nodes_.ports_of.emplace_back();
         }
         nodes_.ports_of[at(it->second)].push_back(int(nodes_.ports.size()));
-        nodes_.ports.push_back(
-            {it->second, {v, lined_.direction_at(v, fan, angle)}, 0.5 * spacing, false});
+        nodes_.ports.push_back({it->second, {v, lined_.direction_at(v, fan, angle)}, false});
     }
 
     const LinedMesh& lined_;

@@ -13,7 +13,6 @@ namespace patchwright::cage {
 struct Port {
     int node = -1;
     LineStart start;
-    double half_spacing = 0.0;  ///< half the angle to the next port or border, radians
     bool used = false;
 };
 
