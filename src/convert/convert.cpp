@@ -102,12 +102,11 @@ class AttemptRunner {
     /// Of the patches of what was fitted only.
     void find_normals(const Attempt& attempt, measure::VerdictFigures& figures) {
         const Shape shape = make_shape(attempt.fitted, options_.shape, shape_tolerance());
-        const auto found = measure::measure_relative_fairness(
-            occ::CadReference(shape.model), surface(),
-            {.samples = options_.samples, .lines = 0, .progress = told(budget_.unlimited())});
-        if (found.samples > 0)
-            figures.normal_angle_rad =
-                measure::Worst{found.normal_angle_rad.max, found.normal_angle_rad.at};
+        add_normals(
+            figures,
+            measure::measure_relative_fairness(
+                occ::CadReference(shape.model), surface(),
+                {.samples = options_.samples, .lines = 0, .progress = told(budget_.unlimited())}));
         figures.normal_tolerance_rad = options_.normal_tolerance_rad;
         clock.end("check");
     }

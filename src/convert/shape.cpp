@@ -190,13 +190,16 @@ void add_deviation(measure::VerdictFigures& figures, const report::DeviationFigu
     const auto worst = [](const measure::Deviation& d) { return measure::Worst{d.max, d.at}; };
     figures.output_to_input_mm = worst(deviation.output_to_input);
     figures.input_to_output_mm = worst(deviation.input_to_output);
-    if (deviation.fairness && deviation.fairness->samples > 0)
-        figures.normal_angle_rad = measure::Worst{deviation.fairness->normal_angle_rad.max,
-                                                  deviation.fairness->normal_angle_rad.at};
+    if (deviation.fairness) add_normals(figures, *deviation.fairness);
     if (!deviation.long_sharp) return;
     const auto& missed = deviation.long_sharp->missed;
     figures.lost_sharp_curves = measure::Failures{int(missed.size()), {}};
     if (!missed.empty()) figures.lost_sharp_curves->at = missed.front().at;
+}
+
+void add_normals(measure::VerdictFigures& figures, const measure::RelativeFairness& fairness) {
+    const measure::Distribution& angle = fairness.normal_angle_rad;
+    if (fairness.samples > 0) figures.normal_angle_rad = measure::Worst{angle.max, angle.at};
 }
 
 void add_fit(measure::VerdictFigures& figures, const report::FitFigures& fit) {

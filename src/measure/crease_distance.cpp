@@ -6,13 +6,17 @@ namespace patchwright::measure {
 
 using geom::FeatureKind;
 
-CreaseDistance::CreaseDistance(const geom::ModelSurface& model, double least_angle_rad)
-    : model_(model) {
+std::vector<int> kinked_curves(const geom::ModelSurface& model, double least_angle_rad) {
+    std::vector<int> kinked;
     const auto& curves = model.features().curves;
     for (std::size_t i = 0; i < curves.size(); ++i)
         if (curves[i].kind == FeatureKind::Smooth && curves[i].greatest_angle_rad > least_angle_rad)
-            kinked_.push_back(int(i));
+            kinked.push_back(int(i));
+    return kinked;
 }
+
+CreaseDistance::CreaseDistance(const geom::ModelSurface& model, double least_angle_rad)
+    : model_(model), kinked_(kinked_curves(model, least_angle_rad)) {}
 
 bool CreaseDistance::is_within(const geom::Vec3& point, double reach_mm) const {
     for (const FeatureKind kind : {FeatureKind::Sharp, FeatureKind::Free}) {

@@ -7,6 +7,9 @@
 
 namespace patchwright::measure {
 
+/// Smooth curves whose faces meet at more than this somewhere, by number.
+std::vector<int> kinked_curves(const geom::ModelSurface& model, double least_angle_rad);
+
 /// Sharp and free edges, and smooth ones whose faces meet at more than a given angle somewhere.
 class CreaseDistance {
   public:

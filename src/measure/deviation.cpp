@@ -1,5 +1,7 @@
+#include "measure/crease_distance.h"
+#include "measure/progress_loop.h"
+
 #include <patchwright/base/error.h>
-#include <patchwright/base/parallel.h>
 #include <patchwright/measure/deviation.h>
 
 #include <fmt/format.h>
@@ -41,19 +43,12 @@ Deviation measure_deviation(const geom::ModelSurface& from, const geom::ModelSur
     require_samples(options.samples);
     const std::vector<geom::SurfaceSample> points = from.sample(options.samples);
     std::vector<DistanceSample> distances(points.size());
-    // In blocks, as progress is reported from the calling thread only.
-    constexpr std::size_t block = 8192, grain = 128;
-    for (std::size_t start = 0; start < points.size(); start += block) {
-        base::report_progress(options.progress, "deviation", double(start) / double(points.size()));
-        const std::size_t count = std::min(block, points.size() - start);
-        base::parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = start + begin; i < start + end; ++i) {
-                const geom::FootPoint foot = to.foot_point(points[i].point);
-                distances[i] = {points[i].point, points[i].face, foot.distance, points[i].weight,
-                                tangent_plane_angle(points[i].normal, foot.normal)};
-            }
+    loop_with_progress(
+        0, points.size(), 8192, 128, "deviation", options.progress, [&](std::size_t i) {
+            const geom::FootPoint foot = to.foot_point(points[i].point);
+            distances[i] = {points[i].point, points[i].face, foot.distance, points[i].weight,
+                            tangent_plane_angle(points[i].normal, foot.normal)};
         });
-    }
     base::report_progress(options.progress, "deviation", 1.0);
     const double diagonal = from.bounds().diagonal();
     Deviation result =
@@ -109,11 +104,7 @@ std::vector<SharpCurveDistance> measure_sharp_curves(const geom::ModelSurface& f
                                                      double longer_than_mm,
                                                      const base::Progress& progress) {
     using geom::FeatureKind;
-    std::vector<int> kinked;  // less than sharp ones are
-    const auto& others = to.features().curves;
-    for (std::size_t i = 0; i < others.size(); ++i)
-        if (others[i].kind == FeatureKind::Smooth && others[i].greatest_angle_rad > least_kink_rad)
-            kinked.push_back(int(i));
+    const std::vector<int> kinked = kinked_curves(to, least_kink_rad);
     const auto distance = [&](const geom::Vec3& p, bool any_edge) {
         const auto sharp = to.feature_point(p, FeatureKind::Sharp);
         double nearest = sharp ? sharp->distance : std::numeric_limits<double>::infinity();

@@ -1,4 +1,5 @@
-#include <patchwright/base/parallel.h>
+#include "measure/progress_loop.h"
+
 #include <patchwright/measure/deviation.h>
 #include <patchwright/measure/field.h>
 
@@ -92,15 +93,8 @@ class FieldMaker {
 
     /// Fills in the vertices that are new.
     void evaluate() {
-        constexpr std::size_t block = 8192, grain = 64;
-        for (std::size_t start = evaluated_; start < vertices_.size(); start += block) {
-            base::report_progress(options_.progress, "field",
-                                  double(start) / double(vertices_.size()));
-            const std::size_t count = std::min(block, vertices_.size() - start);
-            base::parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
-                for (std::size_t i = start + begin; i < start + end; ++i) evaluate(vertices_[i]);
-            });
-        }
+        loop_with_progress(evaluated_, vertices_.size(), 8192, 64, "field", options_.progress,
+                           [&](std::size_t i) { evaluate(vertices_[i]); });
         for (std::size_t i = evaluated_; i < vertices_.size(); ++i)
             farthest_ = std::max(farthest_, vertices_[i].distance);
         evaluated_ = vertices_.size();

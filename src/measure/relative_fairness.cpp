@@ -1,8 +1,8 @@
 #include "measure/crease_distance.h"
 #include "measure/parameter_lines.h"
+#include "measure/progress_loop.h"
 
 #include <patchwright/base/error.h>
-#include <patchwright/base/parallel.h>
 #include <patchwright/measure/relative_fairness.h>
 
 #include <fmt/format.h>
@@ -10,7 +10,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -118,19 +117,6 @@ Distribution distribution_of(std::vector<PlacedValue> values) {
     return result;
 }
 
-/// `body(i)` for each i, in blocks: progress is reported from the calling thread only.
-void for_each_with_progress(std::size_t count, std::size_t block, const base::Progress& progress,
-                            const std::function<void(std::size_t)>& body) {
-    for (std::size_t start = 0; start < count; start += block) {
-        base::report_progress(progress, "fairness", double(start) / double(count));
-        const std::size_t size = std::min(block, count - start);
-        base::parallel_for(size, std::max<std::size_t>(block / 64, 1),
-                           [&](std::size_t begin, std::size_t end) {
-                               for (std::size_t i = start + begin; i < start + end; ++i) body(i);
-                           });
-    }
-}
-
 /// How often a sequence turns back after it has changed by more than `least`.
 int turning_points(const std::vector<double>& values, double least) {
     int count = 0, direction = 0;
@@ -204,9 +190,10 @@ void measure_samples(const geom::ModelSurface& output, const Matcher& matcher,
                      const RelativeFairnessOptions& options, RelativeFairness& result) {
     const std::vector<SurfacePlace> places = places_by_area(output, options.samples);
     std::vector<Match> matches(places.size());
-    for_each_with_progress(places.size(), 8192, options.progress, [&](std::size_t i) {
-        matches[i] = matcher.match(output.point_on_face(places[i].face, places[i].uv));
-    });
+    loop_with_progress(
+        0, places.size(), 8192, 128, "fairness", options.progress, [&](std::size_t i) {
+            matches[i] = matcher.match(output.point_on_face(places[i].face, places[i].uv));
+        });
     std::vector<PlacedValue> angles, differences;
     for (const Match& match : matches) {
         if (!match.found) {
@@ -237,7 +224,7 @@ RelativeFairness measure_relative_fairness(const geom::ModelSurface& output,
     const std::vector<ParameterLine> lines =
         parameter_lines(output, options.lines, line_step_rel * matcher.diagonal());
     std::vector<LineInflections> found(lines.size());
-    for_each_with_progress(lines.size(), 64, options.progress, [&](std::size_t i) {
+    loop_with_progress(0, lines.size(), 64, 1, "fairness", options.progress, [&](std::size_t i) {
         found[i] = LineWalk(matcher).along_line(points_on(output, lines[i]));
     });
     result.lines = int(lines.size());

@@ -92,6 +92,9 @@ void add_bounds(report::DeviationFigures& deviation, const geom::ModelSurface& o
 /// Adds distances and sharp curves to a verdict's figures.
 void add_deviation(measure::VerdictFigures& figures, const report::DeviationFigures& deviation);
 
+/// Adds the largest angle between normals, where some were measured.
+void add_normals(measure::VerdictFigures& figures, const measure::RelativeFairness& fairness);
+
 /// Raises distances to what a fit's samples and its creases have seen.
 void add_fit(measure::VerdictFigures& figures, const report::FitFigures& fit);
 

@@ -20,7 +20,7 @@ struct RelativeFairness {
     int samples = 0;                ///< that count
     int left_out = 0;               ///< beside edges
     int unmatched = 0;              ///< without a tangent plane, or far from the input
-    Distribution normal_angle_rad;  ///< between the normals of output and input, 0 to pi
+    Distribution normal_angle_rad;  ///< between the tangent planes of output and input, 0 to pi/2
     /// |mean curvature of the output - that of the input| times the input's diagonal; mean
     /// curvature is half the sum of the principal ones.
     Distribution curvature_difference;
