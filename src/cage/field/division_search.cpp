@@ -54,6 +54,7 @@ class DivisionSearch {
         }
         find_exits();
         find_costs();
+        steps_.resize(at(hub() + 1));
         banned_.assign(at(hub() + 1), 0);
     }
 
@@ -142,8 +143,13 @@ class DivisionSearch {
         }
     }
 
-    void steps_from(int from, std::vector<Step>& steps) const {
-        steps.clear();
+    /// Found once, until one of their costs changes.
+    const std::vector<Step>& steps_from(int from) {
+        if (steps_[at(from)].empty()) find_steps(from, steps_[at(from)]);
+        return steps_[at(from)];
+    }
+
+    void find_steps(int from, std::vector<Step>& steps) const {
         if (from == hub()) {
             for (std::size_t a = 0; a < uses_.size(); ++a) {
                 if (uses_[a].size() != 1) continue;
@@ -171,11 +177,21 @@ class DivisionSearch {
         }
     }
 
+    /// Their costs are those of the block's arcs and of its insertion.
+    void forget_steps_into(int block) {
+        for (const BlockSide& side : layout_.blocks[at(block)].sides)
+            for (const ArcUse& use : side)
+                for (std::size_t k = 0; k < uses_[at(use.arc)].size(); ++k)
+                    if (uses_[at(use.arc)][k].block == block)
+                        for (const int change : {-1, 1})
+                            steps_[at(state(use.arc, int(k), change))].clear();
+    }
+
     bool improve() {
         const std::size_t count = at(hub() + 1);
         std::vector<double> cost(count, 0.0);
         std::vector<int> from(count, -1);
-        std::vector<Step> into(count), steps;
+        std::vector<Step> into(count);
         std::vector<char> active(count, 1);
         for (int pass = 1;; ++pass) {
             poll_();
@@ -183,8 +199,7 @@ class DivisionSearch {
             for (std::size_t s = 0; s < count; ++s) {
                 if (active[s] == 0 || banned_[s] != 0) continue;
                 active[s] = 0;
-                steps_from(int(s), steps);
-                for (const Step& step : steps) {
+                for (const Step& step : steps_from(int(s))) {
                     const double reached = cost[s] + step.cost;
                     if (!(reached < cost[at(step.to)] - worth_a_change) ||
                         banned_[at(step.to)] != 0)
@@ -248,7 +263,11 @@ class DivisionSearch {
             current_ = before;
             return false;
         }
-        for (const Step& step : steps) find_costs(step.arc);
+        for (const Step& step : steps) {
+            find_costs(step.arc);
+            for (const SideUse& use : uses_[at(step.arc)]) forget_steps_into(use.block);
+        }
+        steps_[at(hub())].clear();
         return true;
     }
 
@@ -258,6 +277,7 @@ class DivisionSearch {
     std::vector<std::vector<SideUse>> uses_;               ///< one a arc: one or two
     std::vector<std::array<std::vector<Exit>, 4>> exits_;  ///< by block and side
     std::vector<double> costs_;                            ///< see find_costs()
+    std::vector<std::vector<Step>> steps_;                 ///< by state; see steps_from()
     std::vector<double> slenderness_;                      ///< of blocks
     std::vector<char> banned_;                             ///< states that led to no gain
 };
