@@ -52,8 +52,6 @@ class DivisionSearch {
                 for (const ArcUse& use : layout.blocks[b].sides[at(s)])
                     uses_[at(use.arc)].push_back({int(b), s});
         }
-        find_exits();
-        find_costs();
         steps_.resize(at(hub() + 1));
         banned_.assign(at(hub() + 1), 0);
     }
@@ -75,39 +73,6 @@ class DivisionSearch {
         int arc = -1, change = 0;
     };
 
-    /// An arc on a block's side, and the state of a way that leaves the block through it and lowers
-    /// its number of edges; the next state is the one that raises it.
-    struct Exit {
-        int arc = -1, state = -1;  ///< state -1: there is no other block
-    };
-
-    void find_exits() {
-        exits_.resize(layout_.blocks.size());
-        for (std::size_t b = 0; b < exits_.size(); ++b)
-            for (int s = 0; s < 4; ++s)
-                for (const ArcUse& use : layout_.blocks[b].sides[at(s)]) {
-                    const auto& uses = uses_[at(use.arc)];
-                    const bool first = uses[0].block == int(b) && uses[0].side == s;
-                    exits_[b][at(s)].push_back(
-                        {use.arc, uses.size() == 2 ? state(use.arc, first ? 1 : 0, -1) : -1});
-                }
-    }
-
-    /// Of all steps, by 2 arc, and one more for those that raise its number.
-    void find_costs() {
-        costs_.resize(2 * uses_.size());
-        for (std::size_t a = 0; a < uses_.size(); ++a) find_costs(int(a));
-    }
-    void find_costs(int arc) {
-        for (const int change : {-1, 1}) {
-            const LayoutArc& a = layout_.arcs[at(arc)];
-            const int n = current_.edges[at(arc)];
-            costs_[at(2 * arc + (change > 0 ? 1 : 0))] =
-                n + change < a.least ? infinity
-                                     : cost_of_step + penalty(a, n + change) - penalty(a, n);
-        }
-    }
-
     /// Where ways begin and end that lead from an arc with one block to another one.
     [[nodiscard]] int hub() const { return 4 * int(uses_.size()); }
     [[nodiscard]] static int state(int arc, int use, int change) {
@@ -115,7 +80,10 @@ class DivisionSearch {
     }
 
     [[nodiscard]] double cost_of(int arc, int change) const {
-        return costs_[at(2 * arc + (change > 0 ? 1 : 0))];
+        const LayoutArc& a = layout_.arcs[at(arc)];
+        const int n = current_.edges[at(arc)];
+        if (n + change < a.least) return infinity;
+        return cost_of_step + penalty(a, n + change) - penalty(a, n);
     }
 
     [[nodiscard]] double cost_of(const Turn& turn) const {
@@ -134,12 +102,17 @@ class DivisionSearch {
                    std::vector<Step>& steps) const {
         const double cost = turn.block >= 0 ? cost_of(turn) : 0.0;
         if (cost == infinity) return;
-        for (const Exit& exit : exits_[at(in.block)][at(side)]) {
-            if (exit.arc == except) continue;
-            const double own = cost_of(exit.arc, change);
+        for (const ArcUse& use : layout_.blocks[at(in.block)].sides[at(side)]) {
+            if (use.arc == except) continue;
+            const double own = cost_of(use.arc, change);
             if (own == infinity) continue;
-            const int to = exit.state < 0 ? hub() : exit.state + (change > 0 ? 1 : 0);
-            steps.push_back({to, cost + own, turn, exit.arc, change});
+            const auto& uses = uses_[at(use.arc)];
+            Step step{hub(), cost + own, turn, use.arc, change};
+            if (uses.size() == 2) {
+                const int here = uses[0].block == in.block && uses[0].side == side ? 0 : 1;
+                step.to = state(use.arc, 1 - here, change);
+            }
+            steps.push_back(step);
         }
     }
 
@@ -263,10 +236,8 @@ class DivisionSearch {
             current_ = before;
             return false;
         }
-        for (const Step& step : steps) {
-            find_costs(step.arc);
+        for (const Step& step : steps)
             for (const SideUse& use : uses_[at(step.arc)]) forget_steps_into(use.block);
-        }
         steps_[at(hub())].clear();
         return true;
     }
@@ -274,12 +245,10 @@ class DivisionSearch {
     const QuadLayout& layout_;
     Divisions current_;
     Poll& poll_;
-    std::vector<std::vector<SideUse>> uses_;               ///< one a arc: one or two
-    std::vector<std::array<std::vector<Exit>, 4>> exits_;  ///< by block and side
-    std::vector<double> costs_;                            ///< see find_costs()
-    std::vector<std::vector<Step>> steps_;                 ///< by state; see steps_from()
-    std::vector<double> slenderness_;                      ///< of blocks
-    std::vector<char> banned_;                             ///< states that led to no gain
+    std::vector<std::vector<SideUse>> uses_;  ///< one a arc: one or two
+    std::vector<std::vector<Step>> steps_;    ///< by state; see steps_from()
+    std::vector<double> slenderness_;         ///< of blocks
+    std::vector<char> banned_;                ///< states that led to no gain
 };
 
 }  // namespace
