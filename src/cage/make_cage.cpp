@@ -84,10 +84,14 @@ struct CageSource {
     Poll& poll;
 };
 
+double tolerance_of(const CageSource& source, const CageOptions& options) {
+    return options.tolerance_rel * source.reference.bounds().diagonal();
+}
+
 Blocks remeshed(const SurfaceBody& body, const CageSource& source, const CageOptions& options,
                 double scale) {
-    geom::EditableMesh mesh(
-        part_of(body, kept_curves(source.reference, Lines::OfTriangles, source.poll)));
+    geom::EditableMesh mesh(part_of(body, kept_curves(source.reference, Lines::OfTriangles,
+                                                      tolerance_of(source, options), source.poll)));
     RemeshOptions remeshing;
     remeshing.size.tolerance_rel = options.tolerance_rel;
     remeshing.size.fineness = options.fineness;
@@ -129,7 +133,8 @@ struct BlockBorders {
 BlockBorders block_borders_of(const geom::SurfaceMesh& mesh, const CageSource& source,
                               const CageOptions& options) {
     BlockBorders borders;
-    const auto kept = kept_curves(source.reference, Lines::OfBlocks, source.poll);
+    const auto kept =
+        kept_curves(source.reference, Lines::OfBlocks, tolerance_of(source, options), source.poll);
     if (options.blocks != BlockWay::Faces) {
         borders.of_field = kept;
         keep_continuations(source.reference, borders.of_field);
@@ -204,6 +209,7 @@ Aligned aligned(const geom::SurfaceMesh& mesh, const CageSource& source,
                 const CageOptions& options) {
     const std::vector<SurfaceBody> bodies = bodies_of(mesh);
     std::optional<BlockBorders> borders;
+    const double tolerance_mm = tolerance_of(source, options);
     double fineness = options.fineness;
     for (int round = 0;; ++round) {
         // Wings get lines along the span by the root of the fineness and rings by all of it, so
@@ -213,7 +219,9 @@ Aligned aligned(const geom::SurfaceMesh& mesh, const CageSource& source,
         std::vector<std::optional<Blocks>> found;
         std::vector<std::size_t> laid_out;
         for (const SurfaceBody& body : bodies) {
-            Recognised one = recognise(body, source.reference, fineness, source.poll);
+            Recognised one =
+                recognise(body, source.reference,
+                          {.fineness = fineness, .tolerance_mm = tolerance_mm}, source.poll);
             if (one.blocks) {
                 ++result.known;
             } else if (!result.remeshed) {

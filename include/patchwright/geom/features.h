@@ -11,6 +11,10 @@ namespace patchwright::geom {
 /// Dihedral deviation from flat above which an edge of CAD faces is sharp: 20 degrees.
 inline constexpr double default_sharp_angle_rad = 0.349;
 
+/// Dihedral deviation from flat above which a smooth curve is a bend: 2 degrees, more than tangent
+/// faces of legacy files are off by.
+inline constexpr double least_bend_rad = 0.035;
+
 enum class FeatureKind {
     Sharp,   ///< curve where two faces meet at an angle
     Free,    ///< curve where the surface ends

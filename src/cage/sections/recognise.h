@@ -17,9 +17,13 @@ struct Recognised {
     std::string text;  ///< what the body is, or why it is nothing known
 };
 
-/// @param fineness  > 0: rings along the body are about that many times as many, lines around it by
-///                  its root
-Recognised recognise(const SurfaceBody& body, const geom::ModelSurface& reference, double fineness,
-                     Poll& poll);
+struct RecogniseOptions {
+    /// > 0: rings along the body are about that many times as many, lines around it by its root.
+    double fineness = 1.0;
+    double tolerance_mm = 0.0;  ///< what the cage is to be fitted to
+};
+
+Recognised recognise(const SurfaceBody& body, const geom::ModelSurface& reference,
+                     const RecogniseOptions& options, Poll& poll);
 
 }  // namespace patchwright::cage

@@ -1,5 +1,6 @@
 #include "cage/sections/tube.h"
 
+#include "cage/bend.h"
 #include "cage/blocks/feature_chain.h"
 #include "geom/angle.h"
 #include "geom/polyline.h"
@@ -155,16 +156,25 @@ class TubeFinder {
         return true;
     }
 
-    /// Which sharp curves run around: those, or chains of those, that every line crosses; of chains
-    /// parts may be smooth.
+    /// Which curves run around: sharp ones, or chains of those and of bends that need a crease,
+    /// that every line crosses; of chains parts may be smooth.
     bool find_rings() {
         const auto& curves = reference_.features().curves;
+        double around = 0.0, longest = 0.0;
+        for (const HalfPlaneLine& line : lines_) {
+            longest = std::max(longest, geom::length_of(line.points));
+            for (const Vec3& p : line.points)
+                around = std::max(around, 2.0 * std::numbers::pi * distance_from_axis(p));
+        }
         const auto is_sharp = [&](int c) {
             return curves[std::size_t(c)].kind == geom::FeatureKind::Sharp;
         };
+        const double widest = longest_rel * longest / options_.fineness;
+        const auto needed = [&](int c) {
+            return needs_crease(curves[std::size_t(c)], widest, options_.tolerance_mm);
+        };
         std::map<int, int> crossed;
         std::set<int> counts;
-        double around = 0.0;
         for (const HalfPlaneLine& line : lines_) {
             int count = 0;
             for (const Crossing& c : line.crossed) {
@@ -173,14 +183,14 @@ class TubeFinder {
                 ++count;
             }
             counts.insert(count);
-            for (const Vec3& p : line.points)
-                around = std::max(around, 2.0 * std::numbers::pi * distance_from_axis(p));
         }
         for (const auto& [curve, count] : crossed)
             if (counts.size() == 1 || count >= 2 * options_.around) rings_.insert(curve);
+        std::set<int> seen;
         for (const geom::FeatureSide& f : body_.mesh->features) {
-            if (!is_sharp(f.curve) || rings_.contains(f.curve) ||
-                !std::binary_search(mine_.begin(), mine_.end(), f.v0))
+            if (!needed(f.curve) || rings_.contains(f.curve) ||
+                !std::binary_search(mine_.begin(), mine_.end(), f.v0) ||
+                !seen.insert(f.curve).second)
                 continue;
             poll_();
             const FeatureChain chain = chain_from(f.curve, false, reference_);
@@ -189,7 +199,7 @@ class TubeFinder {
                     return crosses_once(line, chain.curves);
                 }))
                 rings_.insert(chain.curves.begin(), chain.curves.end());
-            else if (curves[std::size_t(f.curve)].length >= short_rel * around)
+            else if (is_sharp(f.curve) && curves[std::size_t(f.curve)].length >= short_rel * around)
                 return refuse("a sharp line does not run around it");
         }
         return true;
@@ -360,12 +370,6 @@ class TubeFinder {
 };
 
 }  // namespace
-
-double TubeLine::length(int piece) const { return geom::length_of(pieces[std::size_t(piece)]); }
-
-Vec3 TubeLine::at(int piece, double share) const {
-    return geom::point_along(pieces[std::size_t(piece)], share);
-}
 
 TubeSearch find_tube(const SurfaceBody& body, const geom::ModelSurface& reference,
                      const TubeOptions& options, Poll& poll) {

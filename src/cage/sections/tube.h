@@ -16,6 +16,7 @@ namespace patchwright::cage {
 struct TubeOptions {
     int around = 16;        ///< lines along the body, a multiple of 8: four sides of even numbers
     double fineness = 1.0;  ///< rings are nearer to each other by this factor
+    double tolerance_mm = 0.0;  ///< bends around are creases where smooth faces would miss it
 };
 
 /// How a line in a half plane starts or ends.

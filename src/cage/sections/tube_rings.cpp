@@ -1,4 +1,5 @@
 #include "cage/sections/tube.h"
+#include "geom/polyline.h"
 
 #include <fmt/format.h>
 
@@ -171,6 +172,12 @@ class TubeRings {
 };
 
 }  // namespace
+
+double TubeLine::length(int piece) const { return geom::length_of(pieces[std::size_t(piece)]); }
+
+Vec3 TubeLine::at(int piece, double share) const {
+    return geom::point_along(pieces[std::size_t(piece)], share);
+}
 
 Blocks tube_blocks(const Tube& tube, const geom::ModelSurface& reference, Poll& poll) {
     return TubeRings(tube, reference, poll).run();

@@ -19,8 +19,9 @@ struct WingOptions {
     /// Points from the trailing edge to the nose, each side, both ends included: at least
     /// fewest_columns. Eight hold sections of usual wings within 1e-3 of the chord after a fit.
     int columns = 8;
-    int spans = 5;          ///< intervals along the whole span, about
-    double fineness = 1.0;  ///< bent spans are halved until they are straighter by this factor
+    int spans = 5;              ///< intervals along the whole span, about
+    double fineness = 1.0;      ///< bent spans are halved until they are straighter by this factor
+    double tolerance_mm = 0.0;  ///< bends around are creases where smooth faces would miss it
 };
 
 enum class EndKind {

@@ -1,3 +1,4 @@
+#include "cage/bend.h"
 #include "cage/sections/wing_finder.h"
 #include "geom/polyline.h"
 
@@ -236,9 +237,10 @@ bool WingFinder::runs_along_section(int curve, double height) const {
 
 void WingFinder::find_lines_around() {
     const auto& curves = reference_.features().curves;
+    const double interval = wing_.span / options_.spans;
     for (int i = 0; i < int(curves.size()); ++i) {
         const geom::FeatureCurve& curve = curves[std::size_t(i)];
-        if (curve.kind != geom::FeatureKind::Sharp ||
+        if (!needs_crease(curve, interval, options_.tolerance_mm) ||
             curve.length < shortest_sharp_rel * wing_.span || !on_body(i))
             continue;
         const auto range = range_of(i);

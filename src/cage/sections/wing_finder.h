@@ -63,7 +63,7 @@ class WingFinder {
     }
 
     bool is_wing();
-    /// Finds sharp curves that run around the body between its ends, as at a bend.
+    /// Finds curves that run around the body between its ends and need a crease, as at a bend.
     void find_lines_around();
     /// Finds the curves of the trailing edge on most sections.
     bool find_tail(SectionCuts& cuts);

@@ -15,7 +15,7 @@ namespace {
 
 // Of the span: points farther from a feature than this are not put onto it.
 constexpr double onto_feature_rel = 0.01;
-// Of the span: rings nearer to a sharp curve around the body run along it.
+// Of the span: rings nearer to a sharp or bent curve around the body run along it.
 constexpr double around_rel = 5e-3;
 // At corners of the trailing edge: what smooth skin bears, 20 degrees.
 constexpr double widest_past_half_turn_rad = 0.35;
@@ -113,7 +113,8 @@ class WingRings {
         }
     }
 
-    /// Whether a sharp curve runs along the last ring: the ring's points near it are put onto it.
+    /// Whether a sharp or bent curve runs along the last ring: the ring's points near it are put
+    /// onto it.
     bool lies_on_line(double height) {
         const int first = int(blocks_.points.size()) - ring_size();
         bool found = false;
@@ -384,7 +385,7 @@ class WingRings {
     int columns_;
     Poll& poll_;
     std::vector<double> shares_;
-    std::vector<char> on_line_;  ///< one a section: a sharp curve runs along it
+    std::vector<char> on_line_;  ///< one a section: a sharp or bent curve runs along it
     Blocks blocks_;
 };
 

@@ -16,7 +16,7 @@ namespace patchwright::cage {
 struct WingLines {
     std::set<int> tail;    ///< sharp; both edges of a blunt trailing edge
     std::set<int> nose;    ///< sharp at least in parts
-    std::set<int> around;  ///< sharp, in the plane of a section
+    std::set<int> around;  ///< sharp or bent, in the plane of a section
 };
 
 /// A section between its trailing edge and its nose. Sides run from the trailing edge to the nose

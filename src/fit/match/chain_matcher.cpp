@@ -21,9 +21,6 @@ namespace {
 constexpr int curve_samples = 16;
 // A chain reaches this share of its length, see FitOptions::feature_reach_rel.
 constexpr double reach_of_length = 0.1;
-// A path of smooth edges that bend less than this everywhere, as those of a fillet, is none for a
-// crease: 2 degrees, above what tangent faces of legacy files are off by.
-constexpr double min_bend_rad = 0.035;
 // See ChainMatcher::length_cost(), in parts of the reach.
 constexpr double length_cost_rel = 1e-3;
 
@@ -77,9 +74,10 @@ FeaturePath ChainMatcher::match(Polyline& line, bool closed, std::array<int, 2> 
 }
 
 bool ChainMatcher::is_bent(const FeaturePath& path) const {
+    // Smooth edges that bend nowhere, as those of a fillet, are no path for a crease.
     return std::any_of(path.begin(), path.end(), [&](const FeaturePiece& piece) {
         const geom::FeatureCurve& curve = features_.curves[std::size_t(piece.curve)];
-        return curve.kind == kind_ || curve.greatest_angle_rad >= min_bend_rad;
+        return curve.kind == kind_ || curve.greatest_angle_rad > geom::least_bend_rad;
     });
 }
 
