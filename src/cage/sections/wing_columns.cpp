@@ -14,6 +14,8 @@ constexpr std::array<double, 7> usual_shares{1.0, 0.825, 0.565, 0.385, 0.21, 0.1
 // about 50 degrees. As shares of a side's length, which bound it: sharper noses would get quads too
 // narrow, blunter ones leave the next point of usual_shares.
 constexpr double beside_nose_radii = 0.9, nearest_to_nose = 0.003, farthest_from_nose = 0.02;
+// Halvings that find where the body ends: 24 leave 1e-7 of the way.
+constexpr int halvings = 24;
 
 }  // namespace
 
@@ -34,6 +36,17 @@ std::vector<double> column_shares(const std::vector<WingSection>& sections, int 
     }
     shares.push_back(1.0 - nose);
     return shares;
+}
+
+double way_out(const geom::Vec3& from, const geom::Vec3& way, const geom::ModelSurface& reference) {
+    double in = 0.0, out = 1.0;
+    for (int i = 0; i < halvings; ++i) {
+        const double middle = 0.5 * (in + out);
+        const geom::Vec3 p = from + middle * way;
+        const geom::FootPoint foot = reference.foot_point(p);
+        ((p - foot.point).dot(foot.normal) < 0.0 ? in : out) = middle;
+    }
+    return in * way.norm();
 }
 
 }  // namespace patchwright::cage

@@ -12,4 +12,8 @@ namespace patchwright::cage {
 /// @pre there are sections
 std::vector<double> column_shares(const std::vector<WingSection>& sections, int columns);
 
+/// How far a body goes on from a point inside, at most to the end of a way from there.
+/// @return millimetres along the way
+double way_out(const geom::Vec3& from, const geom::Vec3& way, const geom::ModelSurface& reference);
+
 }  // namespace patchwright::cage

@@ -237,10 +237,9 @@ bool WingFinder::runs_along_section(int curve, double height) const {
 
 void WingFinder::find_lines_around() {
     const auto& curves = reference_.features().curves;
-    const double interval = wing_.span / options_.spans;
     for (int i = 0; i < int(curves.size()); ++i) {
         const geom::FeatureCurve& curve = curves[std::size_t(i)];
-        if (!needs_crease(curve, interval, options_.tolerance_mm) ||
+        if (!needs_crease(curve, wing_.span, options_.tolerance_mm) ||
             curve.length < shortest_sharp_rel * wing_.span || !on_body(i))
             continue;
         const auto range = range_of(i);

@@ -1,3 +1,4 @@
+#include "cage/bend.h"
 #include "cage/sections/wing.h"
 #include "cage/sections/wing_columns.h"
 #include "geom/angle.h"
@@ -29,8 +30,6 @@ constexpr double same_point_share = 0.1;
 // At the trailing edge and the nose the way to the end starts this far from them, as a share of the
 // way to the next column.
 constexpr double inward_share = 0.2;
-// Halvings that find where the body ends: 24 leave 1e-7 of the way.
-constexpr int halvings = 24;
 // Sine of the slope from which on a wing is a fin: y then tells its upper side, not z.
 constexpr double upright = 0.3;
 
@@ -41,13 +40,14 @@ class WingRings {
         : wing_(wing),
           reference_(reference),
           columns_(options.columns),
+          tolerance_mm_(options.tolerance_mm),
           poll_(poll),
           shares_(column_shares(wing.sections, options.columns)) {}
 
     Blocks run() {
         for (std::size_t i = 0; i < wing_.sections.size(); ++i) {
             add_ring(wing_.sections[i]);
-            on_line_.push_back(lies_on_line(wing_.heights[i]));
+            on_line_.push_back(lies_on_line(i));
         }
         for (const WingEnd& end : wing_.ends) finish_end(end);
         connect();
@@ -113,27 +113,39 @@ class WingRings {
         }
     }
 
-    /// Whether a sharp or bent curve runs along the last ring: the ring's points near it are put
-    /// onto it.
-    bool lies_on_line(double height) {
-        const int first = int(blocks_.points.size()) - ring_size();
-        bool found = false;
+    /// Whether the last ring, of that section, is to be a crease: its points near the curves that
+    /// run along it are then put onto them.
+    bool lies_on_line(std::size_t section) {
+        const auto& heights = wing_.heights;
+        const double height = heights[section];
+        const double below = section > 0 ? height - heights[section - 1] : 0.0,
+                     above = section + 1 < heights.size() ? heights[section + 1] - height : 0.0;
+        std::vector<int> along;
+        bool needed = false;
         for (const int curve : wing_.lines.around) {
             const geom::FeatureCurve& line = reference_.features().curves[std::size_t(curve)];
             const double at = wing_.slicer.spine().height(line.start);
             if (std::abs(at - height) > around_rel * wing_.span) continue;
-            found = true;
-            for (int j = 0; j < ring_size(); ++j) {
-                poll_();
-                Vec3& p = blocks_.points[std::size_t(first + j)];
-                const auto foot = reference_.nearest_on_curve(curve, p);
-                const bool past_end =
-                    !line.closed && (foot.arc_length <= 0.0 || foot.arc_length >= line.length);
-                if (!past_end && !is_tail(j) && foot.distance < onto_feature_rel * wing_.span)
-                    p = foot.point;
-            }
+            along.push_back(curve);
+            needed = needed || needs_crease(line, std::max(below, above), tolerance_mm_);
         }
-        return found;
+        for (const int curve : along)
+            if (needed) put_on(curve);
+        return needed;
+    }
+
+    /// Points of the last ring near a curve, but not where that has ended.
+    void put_on(int curve) {
+        const geom::FeatureCurve& line = reference_.features().curves[std::size_t(curve)];
+        for (int j = 0; j < ring_size(); ++j) {
+            poll_();
+            Vec3& p = blocks_.points[blocks_.points.size() - std::size_t(ring_size() - j)];
+            const auto foot = reference_.nearest_on_curve(curve, p);
+            const bool past_end =
+                !line.closed && (foot.arc_length <= 0.0 || foot.arc_length >= line.length);
+            if (!past_end && !is_tail(j) && foot.distance < onto_feature_rel * wing_.span)
+                p = foot.point;
+        }
     }
 
     [[nodiscard]] int ring_count() const { return int(blocks_.points.size()) / ring_size(); }
@@ -162,21 +174,6 @@ class WingRings {
             Vec3& p = blocks_.points[std::size_t(ring * ring_size() + j)];
             p = on_feature(p, kind);
         }
-    }
-
-    [[nodiscard]] bool inside(const Vec3& p) const {
-        const geom::FootPoint foot = reference_.foot_point(p);
-        return (p - foot.point).dot(foot.normal) < 0.0;
-    }
-
-    /// How far the body goes on from a point inside, along the span.
-    [[nodiscard]] double way_out(const Vec3& p, const Vec3& direction, double longest) const {
-        double in = 0.0, out = longest;
-        for (int i = 0; i < halvings; ++i) {
-            const double middle = 0.5 * (in + out);
-            (inside(p + middle * direction) ? in : out) = middle;
-        }
-        return in;
     }
 
     /// Of a ridge, from the end of the trailing edge to the nose of the last ring.
@@ -227,7 +224,7 @@ class WingRings {
                                       : middle;
         constexpr double past_the_end = 1.2;
         const double longest = past_the_end * std::abs(end.extreme - end.ring);
-        const Vec3 rise = tip_rise * way_out(within, direction, longest) * direction;
+        const Vec3 rise = tip_rise * way_out(within, longest * direction, reference_) * direction;
         const Vec3 p = middle + rise + tip_width * (own - middle);
         if (is_tail(j)) {
             const auto feature = reference_.feature_point(p, geom::FeatureKind::Sharp);
@@ -383,6 +380,7 @@ class WingRings {
     const Wing& wing_;
     const geom::ModelSurface& reference_;
     int columns_;
+    double tolerance_mm_;
     Poll& poll_;
     std::vector<double> shares_;
     std::vector<char> on_line_;  ///< one a section: a sharp or bent curve runs along it

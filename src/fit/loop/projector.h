@@ -72,6 +72,8 @@ class Projector {
     /// @param along  whether the residual should lie along the direction, else across it
     void set_direction(Projection& p, Eigen::Index row, const geom::Vec3& direction,
                        bool along) const;
+    /// How far foot points beyond a fold are accepted: so many sizes of the sample's given face.
+    void set_reach(double most);
     /// `body(first, end)` for all of `count`, on any thread, with calls of poll_ in between.
     template <class Body>
     void in_batches(std::size_t count, std::size_t grain, const Body& body) const;
@@ -79,7 +81,7 @@ class Projector {
     std::shared_ptr<const mesh::Topology> topology_;
     const geom::ReferenceSurface& reference_;
     const FitOptions& options_;
-    double foot_reach_;
+    Eigen::VectorXd reach_;  ///< of the samples of surface_, see oriented_foot_point
     std::function<void()> poll_;
     CurveSampling curves_;
     geom::Points given_curves_;  // of the samples of curves_
