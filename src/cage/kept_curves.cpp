@@ -1,6 +1,5 @@
 #include "cage/kept_curves.h"
 
-#include "cage/bend.h"
 #include "cage/tight_radius.h"
 
 #include <patchwright/geom/curve_ends.h>
@@ -127,8 +126,7 @@ class ContinuationFinder {
 
 }  // namespace
 
-std::vector<char> kept_curves(const geom::ModelSurface& reference, Lines lines, double tolerance_mm,
-                              Poll& poll) {
+std::vector<char> kept_curves(const geom::ModelSurface& reference, Lines lines, Poll& poll) {
     // 6 degrees, a third of what is sharp: triangles across such a curve would smooth it away.
     constexpr double slight_bend_rad = 0.1;
     // Of the diagonal: shorter smooth curves are seams between small faces.
@@ -139,11 +137,10 @@ std::vector<char> kept_curves(const geom::ModelSurface& reference, Lines lines, 
     for (std::size_t i = 0; i < curves.size(); ++i) {
         const geom::FeatureCurve& curve = curves[i];
         const bool is_long = curve.length > shortest_smooth_rel * diagonal;
-        const bool bends = lines == Lines::OfTriangles
-                               ? is_long && curve.greatest_angle_rad > slight_bend_rad
-                               : needs_crease(curve, curve.length, tolerance_mm);
-        kept.push_back(curve.kind != geom::FeatureKind::Smooth || bends ||
-                       (is_long && runs_along_tight_rounding(int(i), reference, poll)));
+        const bool bends =
+            lines == Lines::OfTriangles && curve.greatest_angle_rad > slight_bend_rad;
+        kept.push_back(curve.kind != geom::FeatureKind::Smooth ||
+                       (is_long && (bends || runs_along_tight_rounding(int(i), reference, poll))));
     }
     return kept;
 }

@@ -84,14 +84,10 @@ struct CageSource {
     Poll& poll;
 };
 
-double tolerance_of(const CageSource& source, const CageOptions& options) {
-    return options.tolerance_rel * source.reference.bounds().diagonal();
-}
-
 Blocks remeshed(const SurfaceBody& body, const CageSource& source, const CageOptions& options,
                 double scale) {
-    geom::EditableMesh mesh(part_of(body, kept_curves(source.reference, Lines::OfTriangles,
-                                                      tolerance_of(source, options), source.poll)));
+    geom::EditableMesh mesh(
+        part_of(body, kept_curves(source.reference, Lines::OfTriangles, source.poll)));
     RemeshOptions remeshing;
     remeshing.size.tolerance_rel = options.tolerance_rel;
     remeshing.size.fineness = options.fineness;
@@ -133,8 +129,7 @@ struct BlockBorders {
 BlockBorders block_borders_of(const geom::SurfaceMesh& mesh, const CageSource& source,
                               const CageOptions& options) {
     BlockBorders borders;
-    const auto kept =
-        kept_curves(source.reference, Lines::OfBlocks, tolerance_of(source, options), source.poll);
+    const auto kept = kept_curves(source.reference, Lines::OfBlocks, source.poll);
     if (options.blocks != BlockWay::Faces) {
         borders.of_field = kept;
         keep_continuations(source.reference, borders.of_field);
@@ -209,7 +204,7 @@ Aligned aligned(const geom::SurfaceMesh& mesh, const CageSource& source,
                 const CageOptions& options) {
     const std::vector<SurfaceBody> bodies = bodies_of(mesh);
     std::optional<BlockBorders> borders;
-    const double tolerance_mm = tolerance_of(source, options);
+    const double tolerance_mm = options.tolerance_rel * source.reference.bounds().diagonal();
     double fineness = options.fineness;
     for (int round = 0;; ++round) {
         // Wings get lines along the span by the root of the fineness and rings by all of it, so

@@ -6,7 +6,6 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -91,53 +90,6 @@ TEST_CASE("a bend around a body of revolution is a crease", "[layout]") {
     REQUIRE(made.layout[0].rfind("body around an axis: 16 lines", 0) == 0);
     CHECK(creases_in_plane(made.cage, 0, 600.0) == 16);
     check_deviation(made.cage, tube, 1e-4);
-}
-
-TEST_CASE("blocks have a crease along a bend that is too slight for a sharp edge", "[layout]") {
-    // A box with a roof of 6 degrees to both sides; lines y = 20 of its bottom and its ends are
-    // smooth.
-    std::vector<Vec3> points;
-    for (const double x : {0.0, 60.0}) {
-        for (const double z : {0.0, 20.0})
-            for (const double y : {0.0, 20.0, 40.0})
-                points.emplace_back(x, y, z > 0.0 && y == 20.0 ? 20.0 + 20.0 * std::tan(0.105) : z);
-    }
-    const std::vector<std::vector<int>> faces{
-        {0, 3, 4, 1}, {1, 4, 5, 2},  {6, 7, 10, 9},  {7, 8, 11, 10}, {0, 1, 7, 6},
-        {1, 2, 8, 7}, {3, 9, 10, 4}, {4, 10, 11, 5}, {0, 6, 9, 3},   {2, 5, 11, 8}};
-    mesh::TopologyInput tags;
-    for (const auto& [a, b] : {std::array{0, 3},
-                               {3, 4},
-                               {4, 5},
-                               {5, 2},
-                               {2, 1},
-                               {1, 0},
-                               {6, 9},
-                               {9, 10},
-                               {10, 11},
-                               {11, 8},
-                               {8, 7},
-                               {7, 6},
-                               {0, 6},
-                               {2, 8},
-                               {3, 9},
-                               {5, 11},
-                               {4, 10}})
-        tags.creases.push_back({a, b, mesh::infinite_sharpness});
-    for (const int v : {0, 2, 3, 5, 6, 8, 9, 11})
-        tags.corners.push_back({v, mesh::infinite_sharpness});
-    const Shape shape = shape_of(test::make_cage(points, faces, tags));
-    const auto made = cage::make_cage(shape.reference, {.method = cage::Method::Aligned});
-    const mesh::Topology& topology = *made.cage.topology;
-    double ridge = 0.0;
-    for (const mesh::EdgeId e : topology.edges()) {
-        if (topology.sharpness(e) == 0.0) continue;
-        const Vec3 a = made.cage.points.row(topology.start(e).value),
-                   b = made.cage.points.row(topology.end(e).value);
-        if (std::max(std::abs(a.y() - 20.0), std::abs(b.y() - 20.0)) < 0.1) ridge += (b - a).norm();
-    }
-    CHECK(ridge == Approx(60.0));
-    check_deviation(made.cage, shape, 1e-4);
 }
 
 }  // namespace patchwright

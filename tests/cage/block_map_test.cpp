@@ -37,7 +37,7 @@ struct Blocks {
             cage::cross_field(mesh, cage::curvature_hints(mesh, reference, poll), poll);
         const cage::FieldTopology topology = cage::field_topology(mesh, field);
         const cage::FieldLines lines = cage::field_lines(mesh, field, topology, poll);
-        layout = cage::brep_layout(mesh, reference, {.lines = &lines}, poll);
+        layout = cage::brep_layout(mesh, reference, poll, &lines);
     }
 
     void want_edges_of(double length) {

@@ -173,6 +173,13 @@ double worst_sag(const Blocks& blocks, const geom::ModelSurface& reference, Poll
 }
 
 /// @throw LayoutRefused
+QuadLayout layout_of(const SurfaceBody& body, const std::vector<char>& borders,
+                     double tolerance_rel, const geom::ModelSurface& reference, Poll& poll) {
+    geom::EditableMesh mesh = layout_mesh(body, borders, tolerance_rel, reference, poll);
+    return brep_layout(mesh, reference, poll);
+}
+
+/// @throw LayoutRefused
 Blocks blocks_of(QuadLayout& layout, ArcSizes sizes, const geom::ModelSurface& reference,
                  const std::vector<std::string>& face_names, Poll& poll) {
     // What sticks out of the middle of a block is seen by no line along it, unless there are many.
@@ -211,16 +218,11 @@ BodyBlocks brep_blocks(const SurfaceBody& body, const std::vector<char>& borders
                        Poll& poll, double scale) {
     BodyBlocks result;
     bool for_good = false;
-    const BrepLayoutOptions of_layout{.tolerance_mm =
-                                          options.tolerance_rel * reference.bounds().diagonal()};
     const auto attempt = [&](double of_triangles, const std::vector<double>& of_edges) {
         std::optional<QuadLayout> layout;
         for (const double tolerance_rel : of_edges) {
             try {
-                if (!layout) {
-                    auto mesh = layout_mesh(body, borders, of_triangles, reference, poll);
-                    layout = brep_layout(mesh, reference, of_layout, poll);
-                }
+                if (!layout) layout = layout_of(body, borders, of_triangles, reference, poll);
                 const ArcSizes sizes{
                     .tolerance_rel = tolerance_rel, .fineness = options.fineness, .scale = scale};
                 result.blocks = blocks_of(*layout, sizes, reference, face_names, poll);

@@ -1,6 +1,5 @@
 #include "cage/blocks/brep_layout.h"
 
-#include "cage/bend.h"
 #include "cage/blocks/crest_cut.h"
 #include "cage/blocks/cuts.h"
 #include "cage/blocks/piece_blocks.h"
@@ -29,7 +28,7 @@ constexpr int cuts_per_piece = 30, fewest_cuts = 30;
 // be to fall on a node that is there already.
 constexpr double split_window = 0.45, split_to_node = 0.3;
 // The turn of a border, 34 degrees, from which on a node is a corner to begin a disc's blocks with.
-constexpr double least_turn_rad = 0.6;
+constexpr double least_bend_rad = 0.6;
 // Times that the edges of a side are halved for room.
 constexpr int split_rounds = 6;
 
@@ -42,15 +41,14 @@ struct Part {
 
 class Builder {
   public:
-    Builder(geom::EditableMesh& mesh, const geom::ModelSurface& reference,
-            const BrepLayoutOptions& options, Poll& poll)
+    Builder(geom::EditableMesh& mesh, const geom::ModelSurface& reference, Poll& poll,
+            const FieldLines* lines)
         : mesh_(mesh),
           reference_(reference),
-          options_(options),
           poll_(poll),
           pieces_(mesh, reference),
-          lined_(options.lines != nullptr) {
-        if (lined_) pieces_.add_lines(*options.lines);
+          lined_(lines != nullptr) {
+        if (lines != nullptr) pieces_.add_lines(*lines);
     }
 
     QuadLayout build() {
@@ -158,7 +156,7 @@ class Builder {
     [[nodiscard]] static std::vector<int> four_bends(const Border& border) {
         std::vector<int> result;
         for (const BorderPoint& p : border)
-            if (p.node && M_PI - p.angle > least_turn_rad) result.push_back(p.vertex);
+            if (p.node && M_PI - p.angle > least_bend_rad) result.push_back(p.vertex);
         if (result.size() != 4) result.clear();
         return result;
     }
@@ -231,11 +229,6 @@ class Builder {
         return it->second;
     }
 
-    [[nodiscard]] bool creases_along(int curve) const {
-        const geom::FeatureCurve& c = reference_.features().curves[at(curve)];
-        return needs_crease(c, c.length, options_.tolerance_mm);
-    }
-
     ArcUse arc_from(int vertex, int next) {
         const auto known = arcs_.find({vertex, next});
         if (known != arcs_.end()) return known->second;
@@ -243,7 +236,8 @@ class Builder {
         arc.start = node_of(vertex);
         const geom::EdgeSides s = mesh_.sides(vertex, next);
         arc.curve = mesh_.curve(s.triangle[0], s.side[0]);
-        arc.crease = arc.curve >= 0 && s.triangle[1] >= 0 && creases_along(arc.curve);
+        arc.crease = arc.curve >= 0 && s.triangle[1] >= 0 &&
+                     reference_.features().curves[at(arc.curve)].kind == geom::FeatureKind::Sharp;
         arc.points.push_back(mesh_.point(vertex));
         int last = vertex, here = next;
         while (!pieces_.is_node(here)) {
@@ -340,7 +334,6 @@ class Builder {
 
     geom::EditableMesh& mesh_;
     const geom::ModelSurface& reference_;
-    const BrepLayoutOptions& options_;
     Poll& poll_;
     PieceMesh pieces_;
     bool lined_;
@@ -352,9 +345,9 @@ class Builder {
 
 }  // namespace
 
-QuadLayout brep_layout(geom::EditableMesh& mesh, const geom::ModelSurface& reference,
-                       const BrepLayoutOptions& options, Poll& poll) {
-    return Builder(mesh, reference, options, poll).build();
+QuadLayout brep_layout(geom::EditableMesh& mesh, const geom::ModelSurface& reference, Poll& poll,
+                       const FieldLines* lines) {
+    return Builder(mesh, reference, poll, lines).build();
 }
 
 }  // namespace patchwright::cage

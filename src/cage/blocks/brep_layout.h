@@ -7,18 +7,13 @@
 
 namespace patchwright::cage {
 
-struct BrepLayoutOptions {
-    double tolerance_mm = 0.0;  ///< bends are creases where smooth faces would miss it
-    /// Of a cross field, drawn in the mesh: only what they leave without a template is cut; none:
-    /// all is.
-    const FieldLines* lines = nullptr;
-};
-
 /// Cuts what the features of a mesh bound into discs with four corners, or three, five, two or
 /// none, which then are parted into blocks.
-/// @param mesh  even triangles, finer than the blocks are to be; changed
+/// @param mesh   even triangles, finer than the blocks are to be; changed
+/// @param lines  of a cross field, drawn in the mesh: only what they leave without a template is
+///               cut; none: all is
 /// @throw LayoutRefused
-QuadLayout brep_layout(geom::EditableMesh& mesh, const geom::ModelSurface& reference,
-                       const BrepLayoutOptions& options, Poll& poll);
+QuadLayout brep_layout(geom::EditableMesh& mesh, const geom::ModelSurface& reference, Poll& poll,
+                       const FieldLines* lines = nullptr);
 
 }  // namespace patchwright::cage

@@ -27,8 +27,7 @@ QuadLayout layout_of(const SurfaceBody& body, const std::vector<char>& borders,
     CrossField field = cross_field(mesh, hints, poll);
     const FieldTopology topology = field_topology(mesh, field);
     const FieldLines lines = field_lines(mesh, field, topology, poll);
-    const double tolerance_mm = tolerance_rel * reference.bounds().diagonal();
-    return brep_layout(mesh, reference, {.tolerance_mm = tolerance_mm, .lines = &lines}, poll);
+    return brep_layout(mesh, reference, poll, &lines);
 }
 
 /// @throw LayoutRefused

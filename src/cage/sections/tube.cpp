@@ -1,7 +1,7 @@
 #include "cage/sections/tube.h"
 
-#include "cage/bend.h"
 #include "cage/blocks/feature_chain.h"
+#include "cage/sections/bend.h"
 #include "geom/angle.h"
 #include "geom/polyline.h"
 

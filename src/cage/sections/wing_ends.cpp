@@ -1,4 +1,4 @@
-#include "cage/bend.h"
+#include "cage/sections/bend.h"
 #include "cage/sections/wing_finder.h"
 #include "geom/polyline.h"
 

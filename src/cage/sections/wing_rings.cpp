@@ -1,4 +1,4 @@
-#include "cage/bend.h"
+#include "cage/sections/bend.h"
 #include "cage/sections/wing.h"
 #include "cage/sections/wing_columns.h"
 #include "geom/angle.h"
