@@ -13,25 +13,29 @@
 namespace patchwright {
 namespace {
 
-/// Vertices of a grid of 4 x 4 quads on the top of a box, 20 mm above its bottom.
+/// Vertices of a grid of 4 x 4 quads in the middle of the top of a plate that is 2 mm thick.
 geom::Points on_top(const std::array<double, 5>& x) {
     geom::Points points(25, 3);
     for (int i = 0; i < 5; ++i)
-        for (int j = 0; j < 5; ++j) points.row(5 * i + j) << x[std::size_t(i)], 1.0 + 2.0 * j, 20.0;
+        for (int j = 0; j < 5; ++j)
+            points.row(5 * i + j) << 50.0 + x[std::size_t(i)], 49.8 + 0.1 * j, 2.0;
     return points;
 }
 
 }  // namespace
 
 TEST_CASE("samples of a fold keep their foot points beside it", "[fit]") {
-    const geom::MeshReference box(test::triangle_box(10.0, 10.0, 20.0));
+    // What faces as a fold of the top does, the bottom, is within the reach of the reference: 0.02
+    // of the diagonal.
+    const geom::MeshReference plate(test::triangle_box(100.0, 100.0, 2.0));
+    REQUIRE(plate.foot_point({50.0, 50.0, 2.0}, -geom::Vec3::UnitZ()).distance == Approx(2.0));
     mesh::Cage cage = test::grid(4, 4);
-    cage.points = on_top({1.0, 4.8, 5.0, 5.2, 9.0});
+    cage.points = on_top({-0.2, -0.1, 0.0, 0.1, 0.2});
     constexpr double any_reach = std::numeric_limits<double>::infinity();
-    fit::Projector projector(cage, box, {.tolerance_mm = 0.01}, any_reach, [] {});
-    // Limit points of the middle lines are at 5.67, 5 and 4.33: the faces between, 0.8 by 2 mm
-    // before, face down, as the bottom does.
-    const auto folded = projector.project_surface(on_top({1.0, 7.0, 5.0, 3.0, 9.0}), nullptr);
+    fit::Projector projector(cage, plate, {.tolerance_mm = 0.001}, any_reach, [] {});
+    // Limit points of the middle lines are at 0.17, 0 and -0.17: the faces between, 0.1 by 0.1 mm
+    // before, face down.
+    const auto folded = projector.project_surface(on_top({-0.2, 0.3, 0.0, -0.3, 0.2}), nullptr);
     CHECK(folded.normals.col(2).minCoeff() < 0.0);
     CHECK(folded.distances.max < 1e-9);
 }

@@ -1,4 +1,4 @@
-// Where the points of a wing's sections are.
+// Where the points of a wing's sections and tips are.
 #pragma once
 
 #include "cage/sections/wing_section.h"

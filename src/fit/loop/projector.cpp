@@ -22,8 +22,8 @@ constexpr double min_directed_residual_rel = 0.1;
 // Cosine of the angle between the way to a point of the reference and the normal of its nearest
 // limit point below which that one is no foot point: the point lies beyond an open border.
 constexpr double min_foot_cosine = 0.5;
-// In sizes of a face: foot points that face as a fold of it does are accepted as far as that. On
-// the first and last quads of a thin edge one of 10 mm had its foot point 264 mm away.
+// In sizes of a face: foot points that face as a fold of it does are accepted as far as that
+// (decision 076).
 constexpr double widest_fold = 4.0;
 // Foot points between two polls: about 0.1 s of them.
 constexpr std::size_t batch = std::size_t(1) << 16;
