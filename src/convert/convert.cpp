@@ -6,6 +6,7 @@
 #include <patchwright/cage/bodies.h>
 #include <patchwright/convert/convert.h>
 #include <patchwright/fit/fit_parts.h>
+#include <patchwright/measure/crease_rule.h>
 #include <patchwright/mesh/parts.h>
 #include <patchwright/occ/inspect_closely.h>
 
@@ -167,6 +168,7 @@ class AttemptRunner {
             .max_vertices = growth.vertices,
             .preserve_parametrisation = attempt.plan.preserve_parametrisation,
             .symmetry = options_.symmetry,
+            .crease_rule = options_.crease_rule,
             .interpolate = options_.interpolate,
             .progress = told(budget_.limited())};
         if (attempt.kind != CageKind::Given) fitting.max_idle_levels = idle_levels;
@@ -185,10 +187,16 @@ class AttemptRunner {
                        .tolerance = options_.tolerance_mm,
                        .best_level = fitted.best_level,
                        .symmetry_axis = fitted.symmetry_axis,
+                       .off_catmull_clark_mm = off_catmull_clark(fitted.cage),
                        .before = measure::measure_fairness(attempt.cage),
                        .after = measure::measure_fairness(fitted.cage),
                        .levels = std::move(fitted.levels)};
         attempt.fitted = std::move(fitted.cage);
+    }
+
+    static std::optional<double> off_catmull_clark(const mesh::Cage& cage) {
+        if (!cage.topology->has_runouts()) return std::nullopt;
+        return measure::distance_from_catmull_clark(cage);
     }
 
     [[nodiscard]] fit::FitResult refitted(Attempt& attempt, const fit::FitOptions& fitting) const {

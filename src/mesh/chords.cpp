@@ -24,6 +24,7 @@ class Splitter {
     ChordSplit split() && {
         fine_.group_names = topology_.group_names();
         fine_.boundary_rule = topology_.boundary_rule();
+        fine_.crease_rule = topology_.crease_rule();
         for (const FaceId f : topology_.faces()) split_face(f);
         carry_tags();
         result_.topology = std::make_shared<const Topology>(fine_);

@@ -12,6 +12,8 @@ namespace patchwright::mesh {
 
 namespace {
 
+constexpr std::string_view runout_rule = "runout", catmull_clark_rule = "catmull-clark";
+
 class ObjParser {
   public:
     ObjParser(std::istream& stream, const std::string& source) : stream_(stream), source_(source) {}
@@ -73,7 +75,18 @@ class ObjParser {
         } else if (keyword == "#patchwright" && words.size() >= 2 && words[1] == "sector") {
             is_tagged_ = true;
             sector(words);
+        } else if (keyword == "#patchwright" && words.size() >= 2 && words[1] == "crease-rule") {
+            is_tagged_ = true;
+            crease_rule(words);
         }
+    }
+
+    void crease_rule(const std::vector<std::string_view>& words) {
+        const std::string_view rule = words.size() == 3 ? words[2] : std::string_view();
+        if (rule != runout_rule && rule != catmull_clark_rule)
+            fail("crease-rule must be {} or {}", runout_rule, catmull_clark_rule);
+        input_.crease_rule =
+            rule == runout_rule ? CreaseRule::ParabolicRunout : CreaseRule::CatmullClark;
     }
 
     void sector(const std::vector<std::string_view>& words) {
@@ -275,6 +288,8 @@ std::string obj_text(const Cage& cage) {
         print("\n");
     }
     print("t interpolateboundary 1/0/0 {}\n", static_cast<int>(topology.boundary_rule()));
+    if (topology.crease_rule() == CreaseRule::ParabolicRunout)
+        print("#patchwright crease-rule {}\n", runout_rule);
     for (const EdgeId e : topology.edges()) {
         if (topology.tagged_sharpness(e) > 0.0) {
             print("t crease 2/1/0 {} {} {}\n", topology.start(e).value, topology.end(e).value,

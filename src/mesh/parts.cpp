@@ -11,7 +11,12 @@ namespace {
 /// A topology in the making of faces of others.
 class Collector {
   public:
-    explicit Collector(BoundaryRule rule) { input_.boundary_rule = rule; }
+    Collector() = default;
+    /// @param like  whose rules are taken
+    explicit Collector(const Topology& like) {
+        input_.boundary_rule = like.boundary_rule();
+        input_.crease_rule = like.crease_rule();
+    }
 
     /// @param part  one a vertex; adds the faces and tags of those with this number
     void add(const Topology& t, const std::vector<int>& part, int number) {
@@ -86,7 +91,7 @@ std::vector<Cage> connected_parts(const Cage& cage) {
         for (const int v : members[number]) part[std::size_t(v)] = int(number);
     std::vector<Cage> parts;
     for (std::size_t number = 0; number < members.size(); ++number) {
-        Collector collector(t.boundary_rule());
+        Collector collector(t);
         collector.add(t, part, int(number));
         Cage one{collector.topology(), {}};
         one.points.resize(one.topology->vertex_count(), 3);
@@ -99,8 +104,7 @@ std::vector<Cage> connected_parts(const Cage& cage) {
 
 Cage joined(const std::vector<Cage>& parts) {
     if (parts.size() == 1) return parts.front();
-    Collector collector(parts.empty() ? BoundaryRule::EdgeOnly
-                                      : parts.front().topology->boundary_rule());
+    Collector collector = parts.empty() ? Collector() : Collector(*parts.front().topology);
     Eigen::Index rows = 0;
     for (const Cage& part : parts) {
         collector.add(*part.topology,

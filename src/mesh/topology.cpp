@@ -1,3 +1,5 @@
+#include "mesh/runouts.h"
+
 #include <patchwright/mesh/topology.h>
 
 #include <algorithm>
@@ -73,6 +75,21 @@ Topology::Topology(const TopologyInput& input)
             if (c == first) break;
         }
     }
+    set_crease_rule(input.crease_rule);
+}
+
+void Topology::set_crease_rule(CreaseRule rule) {
+    crease_rule_ = rule;
+    Runouts runouts;
+    if (rule == CreaseRule::ParabolicRunout) runouts = find_runouts(*this);
+    runouts_ = std::move(runouts.of_edge);
+    near_runout_ = std::move(runouts.near_face);
+}
+
+Topology Topology::with(CreaseRule rule) const {
+    Topology result = *this;
+    result.set_crease_rule(rule);
+    return result;
 }
 
 void Topology::shift_edge(CornerId c, double shift) {

@@ -21,8 +21,6 @@ bool Fan::is_regular() const {
     return false;
 }
 
-bool is_sharp(const Topology& t, mesh::EdgeId e) { return std::isinf(t.sharpness(e)); }
-
 std::vector<Fan> fans_around(const Topology& t, VertexId v) {
     std::vector<CornerId> around;
     CornerId c = t.corner(v);

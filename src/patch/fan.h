@@ -1,7 +1,7 @@
 // The faces around a vertex, fan by fan between sharp edges.
 #pragma once
 
-#include <patchwright/mesh/topology.h>
+#include <patchwright/mesh/regular.h>
 
 #include <vector>
 
@@ -36,9 +36,6 @@ struct Fan {
     /// Whether the limit surface there is that of a regular grid.
     [[nodiscard]] bool is_regular() const;
 };
-
-/// Whether the limit surface may have a kink at the edge.
-bool is_sharp(const mesh::Topology& t, mesh::EdgeId e);
 
 /// In counter-clockwise order; the first fan holds or follows t.corner(v).
 std::vector<Fan> fans_around(const mesh::Topology& t, mesh::VertexId v);

@@ -2,6 +2,8 @@
 
 #include "patch/fan.h"
 
+#include <patchwright/mesh/regular.h>
+
 #include <algorithm>
 #include <deque>
 #include <optional>
@@ -149,12 +151,6 @@ class Tracer {
     std::vector<CornerId> sources_;
 };
 
-// Neighbours of a cell, each as the corner at its lowest u and v.
-CornerId right_of(const Topology& t, CornerId c) { return t.next(t.twin(t.next(c))); }
-CornerId left_of(const Topology& t, CornerId c) { return t.previous(t.twin(t.previous(c))); }
-CornerId above(const Topology& t, CornerId c) { return t.twin(t.next(t.next(c))); }
-CornerId below(const Topology& t, CornerId c) { return t.next(t.next(t.twin(c))); }
-
 /// The rectangle around a cell.
 template <class IsBorder>
 Chart collect(const Topology& t, const IsBorder& is_border, CornerId seed) {
@@ -185,8 +181,8 @@ class ChartCollector {
         for (const FaceId f : t_.faces()) {
             if (done_[f.index()] != 0) continue;
             const CornerId seed = t_.corners(f)[0];
-            cut_ring(seed, t_.previous(seed), left_of);
-            cut_ring(seed, seed, below);
+            cut_ring(seed, t_.previous(seed), mesh::left_of);
+            cut_ring(seed, seed, mesh::below);
             charts.push_back(collect(
                 t_, [&](CornerId c) { return tracer_.is_border(c); }, seed));
             for (const CornerId c : charts.back().cells) done_[t_.face(c).index()] = 1;

@@ -29,7 +29,7 @@ struct Tags {
     Integers creases, corners;
     Doubles crease_sharpness, corner_sharpness;
     Integers pins;
-    bool boundary_corners = false;
+    bool boundary_corners = false, runout = false;
 };
 
 void add_tags(mesh::TopologyInput& input, const Tags& tags) {
@@ -47,6 +47,8 @@ void add_tags(mesh::TopologyInput& input, const Tags& tags) {
     input.pins.assign(pins.begin(), pins.end());
     input.boundary_rule =
         tags.boundary_corners ? mesh::BoundaryRule::EdgeAndCorner : mesh::BoundaryRule::EdgeOnly;
+    input.crease_rule =
+        tags.runout ? mesh::CreaseRule::ParabolicRunout : mesh::CreaseRule::CatmullClark;
 }
 
 PyCage build(const Doubles& points, const Integers& sizes, const Integers& vertices,
@@ -240,11 +242,11 @@ void bind_cage(py::module_& module) {
             [](const Doubles& points, const Integers& sizes, const Integers& vertices,
                const Integers& creases, const Doubles& crease_sharpness, const Integers& corners,
                const Doubles& corner_sharpness, const Integers& pins, bool boundary_corners,
-               std::vector<std::string> group_names, const Integers& groups) {
-                return build(
-                    points, sizes, vertices,
-                    {creases, corners, crease_sharpness, corner_sharpness, pins, boundary_corners},
-                    std::move(group_names), groups);
+               bool runout, std::vector<std::string> group_names, const Integers& groups) {
+                return build(points, sizes, vertices,
+                             {creases, corners, crease_sharpness, corner_sharpness, pins,
+                              boundary_corners, runout},
+                             std::move(group_names), groups);
             })
         .def_static("read", read_cage)
         .def("write", write_cage)
@@ -256,6 +258,10 @@ void bind_cage(py::module_& module) {
         .def("creases", creases)
         .def("corners", corners)
         .def("pins", pins)
+        .def("has_runout_rule",
+             [](const PyCage& cage) {
+                 return cage.topology().crease_rule() == mesh::CreaseRule::ParabolicRunout;
+             })
         .def("groups",
              [](const PyCage& cage) {
                  std::vector<int> groups;

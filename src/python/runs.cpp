@@ -95,6 +95,9 @@ convert::ConvertOptions convert_options(const Options& options, const convert::S
                                                               {"y", Symmetry::Y},
                                                               {"z", Symmetry::Z},
                                                               {"none", Symmetry::None}}),
+            .crease_rule = options.choice<mesh::CreaseRule>(
+                "crease_rule", {{"runout", mesh::CreaseRule::ParabolicRunout},
+                                {"catmull-clark", mesh::CreaseRule::CatmullClark}}),
             .max_levels = options.integer("max_levels", 0, most_levels)};
 }
 

@@ -58,7 +58,6 @@ class SectionWriter {
         return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x() * scale_, p.y() * scale_,
                            p.z() * scale_);
     }
-
     void verdict(const measure::Verdict& v) {
         sections_.push_back({"Verdict", {}});
         for (const measure::Condition& c : v.conditions) {
@@ -88,7 +87,6 @@ class SectionWriter {
         }
         return c.at ? fmt::format("{} at {}", text, place(*c.at)) : text;
     }
-
     void input(const InputFigures& i) {
         sections_.push_back({"Input", {}});
         row("file", "{}", i.file);
@@ -135,14 +133,16 @@ class SectionWriter {
         if (f.levels.empty()) return;
         sections_.back().brief.push_back(1 + std::size_t(f.best_level));
         const fit::FitLevel& best = f.levels[std::size_t(f.best_level)];
-        if (f.best_level + 1 < static_cast<int>(f.levels.size()))
+        if (f.best_level + 1 < int(f.levels.size()))
             row("taken", "level {}: later ones were no better", f.best_level);
         if (best.chains_on_features > 0)
             row("sharp chains", "{} on the input's, {} from them at most", best.chains_on_features,
                 relative(best.curve_max_mm));
-        if (best.interpolated_mm)
-            row("interpolated", "all vertices' limit points to {}", length(*best.interpolated_mm));
+        if (const auto& to = best.interpolated_mm)
+            row("interpolated", "all vertices' limit points to {}", length(*to));
         if (f.symmetry_axis) row("symmetry", "plane {} = 0 kept", "xyz"[*f.symmetry_axis]);
+        if (const auto& off = f.off_catmull_clark_mm)
+            row("crease rule", "runout, {} off Catmull-Clark", relative(*off));
         for (const fit::WarpStage& s : f.carried)
             row("carried", "{}: {} steps to max {}, rms {}, {:.2f} s",
                 s.cells == 0 ? "affine map" : fmt::format("lattice of {} cells", s.cells), s.steps,

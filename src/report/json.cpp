@@ -194,13 +194,15 @@ class Writer {
                                {"rms", length(s.rms_mm)},
                                {"max", length(s.max_mm)},
                                {"seconds", s.seconds}});
-        return {{"tolerance", length(f.tolerance)},
-                {"carried", carried},
-                {"met", report_.verdict && report_.verdict->met()},
-                {"symmetry", f.symmetry_axis ? std::string(1, "xyz"[*f.symmetry_axis]) : "none"},
-                {"levels", levels},
-                {"best_level", f.best_level},
-                {"fairness", {{"before", fairness(f.before)}, {"after", fairness(f.after)}}}};
+        Json json{{"tolerance", length(f.tolerance)},
+                  {"carried", carried},
+                  {"met", report_.verdict && report_.verdict->met()},
+                  {"symmetry", f.symmetry_axis ? std::string(1, "xyz"[*f.symmetry_axis]) : "none"},
+                  {"levels", levels},
+                  {"best_level", f.best_level},
+                  {"fairness", {{"before", fairness(f.before)}, {"after", fairness(f.after)}}}};
+        if (f.off_catmull_clark_mm) json["off_catmull_clark"] = length(*f.off_catmull_clark_mm);
+        return json;
     }
     Json spread(const grid::Spread& s, double factor = 1.0) const {
         return {{"worst", s.worst * factor}, {"mean", s.mean * factor},  {"count", s.count},

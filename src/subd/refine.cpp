@@ -1,4 +1,5 @@
 #include <patchwright/subd/refine.h>
+#include <patchwright/subd/ring.h>
 
 #include <algorithm>
 
@@ -55,24 +56,64 @@ class StencilBuilder {
     }
 
   private:
+    /// Adds the control point that corner `c` of a face stands for: its vertex, but for those at
+    /// runouts.
+    void add_control_point(CornerId c, double weight) {
+        add_near_runout(c, weight, [](const Eigen::MatrixXd& grid, int a, int b) {
+            return Eigen::RowVectorXd(grid.row(4 * a + b));
+        });
+    }
+
+    /// Adds the control point, as that of a curve, of the crease along half-edge `c` at its start,
+    /// or at its end.
+    void add_crease_point(CornerId c, bool at_end, double weight) {
+        const int side = c.value - topology_.corners(topology_.face(c))[0].value;
+        add_near_runout(
+            at_end ? topology_.next(c) : c, weight, [&](const Eigen::MatrixXd& grid, int a, int b) {
+                // The limit across the crease, which is along u or along v.
+                const int step = side % 2 == 0 ? 1 : 4, at = 4 * a + b;
+                return Eigen::RowVectorXd(
+                    (grid.row(at - step) + 4.0 * grid.row(at) + grid.row(at + step)) / 6.0);
+            });
+    }
+
+    /// @param row_at  coefficients over the ring's slots at place (a, b) of its control points
+    template <class RowAt>
+    void add_near_runout(CornerId c, double weight, const RowAt& row_at) {
+        const FaceId f = topology_.face(c);
+        if (!topology_.is_near_runout(f)) {
+            row_.add(topology_.vertex(c).value, weight);
+            return;
+        }
+        const auto& [a, b] = own_places[std::size_t(c.value - topology_.corners(f)[0].value)];
+        const Ring ring = table_.ring(topology_, f);
+        const Eigen::RowVectorXd row = row_at(ring.kind->regular(), a, b);
+        for (std::size_t slot = 0; slot < ring.vertices.size(); ++slot)
+            if (row[Eigen::Index(slot)] != 0.0)
+                row_.add(ring.vertices[slot], weight * row[Eigen::Index(slot)]);
+    }
+
     void add_face_point(FaceId f, double weight) {
         const auto corners = topology_.corners(f);
-        for (const CornerId c : corners)
-            row_.add(topology_.vertex(c).value, weight / corners.size());
+        for (const CornerId c : corners) add_control_point(c, weight / corners.size());
     }
 
     void edge_point(EdgeId e) {
         const double sharp = std::min(topology_.sharpness(e), 1.0);
         const double end_weight = 0.5 * sharp + 0.25 * (1.0 - sharp);
-        row_.add(topology_.start(e).value, end_weight);
-        row_.add(topology_.end(e).value, end_weight);
+        const CornerId c = topology_.corner(e);
         if (sharp < 1.0) {
-            const CornerId c = topology_.corner(e);
+            add_control_point(c, end_weight);
+            add_control_point(topology_.next(c), end_weight);
+        } else {
+            add_crease_point(c, false, end_weight);
+            add_crease_point(c, true, end_weight);
+        }
+        if (sharp < 1.0) {
             add_face_point(topology_.face(c), 0.25 * (1.0 - sharp));
             add_face_point(topology_.face(topology_.twin(c)), 0.25 * (1.0 - sharp));
         }
         if (topology_.has_edge_shifts()) {
-            const CornerId c = topology_.corner(e);
             const CornerId d = topology_.twin(c);
             const double shift =
                 topology_.edge_shift(c) - (d.valid() ? topology_.edge_shift(d) : 0.0);
@@ -81,16 +122,16 @@ class StencilBuilder {
         }
     }
 
-    /// Calls `visit(edge, other end)` for every edge at the vertex.
+    /// Calls `visit(a half-edge, whether it leaves the vertex)` for every edge at the vertex.
     template <class Visit>
     void for_edges(VertexId v, Visit&& visit) const {
         const CornerId first = topology_.corner(v);
         for (CornerId c = first;;) {
-            visit(topology_.edge(c), topology_.vertex(topology_.next(c)));
+            visit(c, true);
             const CornerId arriving = topology_.previous(c);
             c = topology_.twin(arriving);
             if (!c.valid()) {
-                visit(topology_.edge(arriving), topology_.vertex(arriving));
+                visit(arriving, false);
                 return;
             }
             if (c == first) return;
@@ -109,8 +150,8 @@ class StencilBuilder {
             }
         };
         note_end(now.sharpness);
-        for_edges(v, [&](EdgeId e, VertexId) {
-            const double s = topology_.sharpness(e);
+        for_edges(v, [&](CornerId c, bool) {
+            const double s = topology_.sharpness(topology_.edge(c));
             if (s > 0.0) ++now.sharp_edges;
             if (child_sharpness(s) > 0.0) ++then.sharp_edges;
             note_end(s);
@@ -130,13 +171,16 @@ class StencilBuilder {
             row_.add(v.value, weight);
         } else if (features.is_crease()) {
             row_.add(v.value, 0.75 * weight);
-            for_edges(v, [&](EdgeId e, VertexId other) {
-                if (topology_.sharpness(e) > beyond) row_.add(other.value, 0.125 * weight);
+            for_edges(v, [&](CornerId c, bool leaves) {
+                if (topology_.sharpness(topology_.edge(c)) > beyond)
+                    add_crease_point(c, leaves, 0.125 * weight);
             });
         } else {
             const int n = topology_.valence(v);
             row_.add(v.value, weight * (n - 2.0) / n);
-            for_edges(v, [&](EdgeId, VertexId other) { row_.add(other.value, weight / (n * n)); });
+            for_edges(v, [&](CornerId c, bool leaves) {
+                add_control_point(leaves ? topology_.next(c) : c, weight / (n * n));
+            });
             const CornerId first = topology_.corner(v);
             CornerId c = first;
             do {
@@ -147,6 +191,7 @@ class StencilBuilder {
     }
 
     const Topology& topology_;
+    RingTable table_;
     StencilRow row_;
 };
 
@@ -159,6 +204,8 @@ mesh::TopologyInput refined_input(const Topology& t) {
     fine.face_vertices.reserve(4 * std::size_t(t.corner_count()));
     fine.group_names = t.group_names();
     fine.boundary_rule = t.boundary_rule();
+    // The limit surface stays.
+    if (t.has_runouts()) fine.crease_rule = t.crease_rule();
     for (const FaceId f : t.faces()) {
         const auto corners = t.corners(f);
         const int n = corners.size();

@@ -1,6 +1,7 @@
 #include "subd/corner_spectrum.h"
 #include "subd/ring_extractor.h"
 
+#include <patchwright/mesh/regular.h>
 #include <patchwright/subd/limit_mask.h>
 #include <patchwright/subd/refine.h>
 #include <patchwright/subd/ring.h>
@@ -18,53 +19,11 @@ using mesh::FaceId;
 using mesh::Topology;
 using mesh::VertexId;
 
-/// Whether the face is one polynomial as seen from its own corner `c`.
-bool corner_is_regular(const Topology& t, CornerId c) {
-    const auto sharp = [&](CornerId half_edge) {
-        return std::isinf(t.sharpness(t.edge(half_edge)));
-    };
-    const VertexId v = t.vertex(c);
-    int smooth_spokes = 0;
-    int sharp_spokes = 0;
-    CornerId spoke = t.corner(v);
-    const CornerId first = spoke;
-    do {
-        const double s = t.sharpness(t.edge(spoke));
-        if (s > 0.0 && !std::isinf(s)) return false;
-        const CornerId twin = t.twin(spoke);
-        if (t.is_shifted(spoke) || t.is_shifted(twin)) return false;
-        (s > 0.0 ? sharp_spokes : smooth_spokes) += 1;
-        const CornerId arriving = t.previous(spoke);
-        spoke = t.twin(arriving);
-        if (!spoke.valid()) ++sharp_spokes;  // the other boundary edge
-    } while (spoke.valid() && spoke != first);
-
-    const double s = t.sharpness(v);
-    if (s > 0.0 && !std::isinf(s)) return false;
-    const bool corner = s > 0.0 || sharp_spokes > 2;
-    const bool leaving = sharp(c);
-    const bool arriving = sharp(t.previous(c));
-    if (leaving && arriving) return corner;
-    if (corner) return false;
-    if (!leaving && !arriving) return sharp_spokes == 0 && smooth_spokes == 4;
-    // A crease vertex: regular when just one more face lies between the face and the other crease
-    // edge.
-    if (sharp_spokes != 2) return false;
-    if (leaving) return sharp(t.previous(t.twin(t.previous(c))));
-    return sharp(t.next(t.twin(c)));
-}
-
 /// The 16 x slots matrix of RingKind::regular(), empty when the kind is not regular.
 Eigen::MatrixXd regular_matrix(const Topology& t) {
     const FaceId face{0};
-    if (t.size(face) != 4) return {};
-    for (const FaceId f : t.faces()) {
-        if (t.size(f) != 4) return {};
-    }
+    if (!mesh::is_regular(t, face)) return {};
     const auto corners = t.corners(face);
-    for (const CornerId c : corners) {
-        if (!corner_is_regular(t, c)) return {};
-    }
     Eigen::MatrixXd grid = Eigen::MatrixXd::Zero(16, t.vertex_count());
     const auto unit = [&](int a, int b, CornerId c) { grid(4 * a + b, t.vertex(c).value) = 1.0; };
     // Per side: the two outer grid places beyond it, and those of the corner past its start.
@@ -148,12 +107,16 @@ struct RingKind::Lazy {
     PerCorner<TangentPlane> tangent_plane;
 };
 
-RingKind::RingKind(RingTable& table, int number, std::shared_ptr<const Topology> local)
-    : table_(table),
-      number_(number),
-      local_(std::move(local)),
-      regular_(regular_matrix(*local_)),
-      lazy_(std::make_unique<Lazy>(size())) {}
+RingKind::RingKind(RingTable& table, int number, const RingExtractor& extracted)
+    : table_(table), number_(number) {
+    if (auto points = extracted.control_points()) {
+        regular_ = std::move(*points);
+    } else {
+        local_ = extracted.local_topology();
+        regular_ = regular_matrix(*local_);
+    }
+    lazy_ = std::make_unique<Lazy>(size());
+}
 
 RingKind::~RingKind() = default;
 
@@ -189,6 +152,7 @@ const RingKind::TangentPlane& RingKind::tangent_plane(int i) const {
 }
 
 RingKind::Corner RingKind::make_corner(int i) const {
+    if (!local_) return {ring_mask(*this, at_end_u(i) ? 1 : 0, at_end_v(i) ? 1 : 0).rows};
     const Child& next = child(i);
     if (next.kind == this) return {limit_row(next.matrix)};
     // Children of other polygons than quads start at the parent's vertex.
@@ -196,6 +160,12 @@ RingKind::Corner RingKind::make_corner(int i) const {
 }
 
 RingKind::TangentPlane RingKind::make_tangent_plane(int i) const {
+    if (!local_) {
+        constexpr double step = 0.5;  // eigenvalue of a regular vertex
+        return {
+            ring_mask(*this, at_end_u(i) ? 1 : 0, at_end_v(i) ? 1 : 0, 0, 1).rows.bottomRows<2>(),
+            step};
+    }
     const Child& next = child(i);
     if (next.kind != this) {
         const TangentPlane& fine = next.kind->tangent_plane(size() == 4 ? i : 0);
@@ -289,10 +259,9 @@ const RingKind& RingTable::kind(const RingExtractor& extracted) {
         const auto known = kinds_.find(std::string_view(extracted.key()));
         if (known != kinds_.end()) return *known->second;
     }
-    const auto local = extracted.local_topology();
     const std::unique_lock lock(mutex_);
     auto& kind = kinds_[extracted.key()];
-    if (!kind) kind.reset(new RingKind(*this, static_cast<int>(kinds_.size()) - 1, local));
+    if (!kind) kind.reset(new RingKind(*this, static_cast<int>(kinds_.size()) - 1, extracted));
     return *kind;
 }
 

@@ -51,6 +51,13 @@ std::vector<std::uint8_t> smooth_valences(const Topology& topology) {
 }
 
 void RingExtractor::extract(const Topology& topology, FaceId face) {
+    line_grid_.reset();
+    if (topology.is_near_runout(face)) {
+        line_grid_.emplace(topology, face);
+        vertices_ = line_grid_->vertices();
+        key_ = line_grid_->key();
+        return;
+    }
     topology_ = &topology;
     own_first_ = topology.corners(face)[0];
     own_ = topology.size(face);
@@ -96,6 +103,11 @@ void RingExtractor::extract_smooth(const Topology& topology, FaceId face,
             if (between > 1) add(topology.next(far));
         }
     }
+}
+
+std::optional<Eigen::MatrixXd> RingExtractor::control_points() const {
+    if (!line_grid_) return std::nullopt;
+    return line_grid_->control_points();
 }
 
 std::shared_ptr<const Topology> RingExtractor::local_topology() const {
@@ -270,7 +282,7 @@ void RingExtractor::number_slots() {
 const RingKind& extract_ring(RingTable& table, RingExtractor& ring, const Topology& topology,
                              const std::vector<std::uint8_t>& smooth, FaceId face) {
     const auto corners = topology.corners(face);
-    if (corners.size() == 4) {
+    if (corners.size() == 4 && !topology.is_near_runout(face)) {
         std::array<std::uint8_t, 4> valences;
         bool all = true;
         for (int i = 0; i < 4; ++i) {

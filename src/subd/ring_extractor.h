@@ -1,12 +1,15 @@
 // Reads the neighbourhood of a face off a mesh, in the numbering that kinds are made in.
 #pragma once
 
+#include "subd/line_grid.h"
+
 #include <patchwright/mesh/topology.h>
 #include <patchwright/subd/ring.h>
 
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -37,7 +40,11 @@ class RingExtractor {
     /// The vertex in each slot.
     [[nodiscard]] std::span<const std::int32_t> vertices() const { return vertices_; }
     /// The neighbourhood as a mesh of its own: the face is number 0, slots are vertices.
+    /// @pre not control_points()
     [[nodiscard]] std::shared_ptr<const mesh::Topology> local_topology() const;
+    /// RingKind::regular() near parabolic runouts, where it does not follow from a topology of its
+    /// own; elsewhere nothing.
+    [[nodiscard]] std::optional<Eigen::MatrixXd> control_points() const;
 
   private:
     struct FaceCopy {
@@ -80,6 +87,7 @@ class RingExtractor {
     std::vector<Spoke> spokes_;
     std::vector<std::int32_t> vertices_;
     std::string key_;
+    std::optional<LineGrid> line_grid_;
 };
 
 /// Extracts the neighbourhood of a face, the short way where it can.

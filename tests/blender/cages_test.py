@@ -58,6 +58,7 @@ t corner 1/1/0 4 12
 t interpolateboundary 1/0/0 2
 #patchwright pin 3
 #patchwright pin 5 8
+#patchwright crease-rule runout
 #patchwright sector 3 3 90
 #patchwright sector 6 1 270.5 0 0.6 0.8
 """
@@ -115,7 +116,8 @@ class RoundTrips(Blender):
         self.play({"import": str(cage), "export": str(out)})
         self.check_same(cage, out)
         lines = self.read(out)[1]
-        for line in ("t crease 2/1/0 1 0 2.3", "t crease 2/1/0 3 2 10", "t interpolateboundary 1/0/0 2", "#patchwright pin 8"):
+        for line in ("t crease 2/1/0 1 0 2.3", "t crease 2/1/0 3 2 10", "t interpolateboundary 1/0/0 2", "#patchwright pin 8",
+                     "#patchwright crease-rule runout"):
             self.assertIn(line, lines)
         self.assertEqual(sum(line.startswith("#patchwright sector") for line in lines), 2)
         again = self.path("again.obj")

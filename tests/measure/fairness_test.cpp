@@ -1,6 +1,7 @@
 #include "support/cages.h"
 
 #include <patchwright/base/error.h>
+#include <patchwright/measure/crease_rule.h>
 #include <patchwright/measure/fairness.h>
 
 #include <catch2/catch.hpp>
@@ -47,4 +48,22 @@ TEST_CASE("curvature variation sees bumps, whatever the size", "[fit][oracle]") 
     large.points *= 1000.0;
     CHECK(measure::measure_fairness(large).curvature_variation == Approx(fair));
     CHECK_THROWS_AS(measure::measure_fairness(torus, 2), base::InvalidArgument);
+}
+
+TEST_CASE("the rule at creases moves the surface by what its ends differ", "[measure][oracle]") {
+    mesh::TopologyInput runouts = corners;
+    runouts.crease_rule = mesh::CreaseRule::ParabolicRunout;
+    mesh::Cage cage = test::grid(6, 6, runouts);
+    CHECK(measure::distance_from_catmull_clark(cage) < 1e-14);  // the plane
+    // One control point next to the border, by 1: the runout adds 2/7 of the line's end in the
+    // middle of the border's faces, where 1 (u = 1/4) is the largest of five.
+    cage.points(3 * 7 + 1, 2) = 1.0;
+    const double u = 0.25, s = 1.0 - u;
+    const double along_end =
+        (4.0 + u * u * (3.0 * u - 6.0)) / 6.0 - 4.0 * s * s * s / 6.0;  // at the end less 4 beyond
+    CHECK(measure::distance_from_catmull_clark(cage) ==
+          Approx(2.0 / 7.0 * std::abs(along_end) * 4.0 / 6.0).epsilon(1e-12));
+    cage.topology =
+        std::make_shared<const mesh::Topology>(cage.topology->with(mesh::CreaseRule::CatmullClark));
+    CHECK(measure::distance_from_catmull_clark(cage) == 0.0);
 }

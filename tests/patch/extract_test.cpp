@@ -30,6 +30,19 @@ std::vector<mesh::Cage> cages() {
                                      .rule = seed % 4 < 2 ? mesh::BoundaryRule::EdgeOnly
                                                           : mesh::BoundaryRule::EdgeAndCorner}));
     }
+    // Lines end at creases by the other rule where extraordinary vertices are not too near.
+    const auto with_runouts = [&](const mesh::Cage& cage) {
+        all.push_back({std::make_shared<const mesh::Topology>(
+                           cage.topology->with(mesh::CreaseRule::ParabolicRunout)),
+                       cage.points});
+        CHECK(all.back().topology->has_runouts());
+    };
+    mesh::TopologyInput corners;
+    corners.boundary_rule = mesh::BoundaryRule::EdgeAndCorner;
+    with_runouts(test::grid(5, 4, corners));
+    for (unsigned seed = 1; seed < 8; seed += 2)
+        with_runouts(subd::refine(
+            test::random_cage(seed, {.open = true, .crease_share = 0.1 * (seed % 4)}), 2));
     return all;
 }
 

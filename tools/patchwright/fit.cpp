@@ -23,7 +23,7 @@ struct FitCommandOptions {
 /// @throw UsageError for what says how a fit by least squares goes
 void check_interpolation(const FitCommandOptions& options) {
     if (!options.interpolate) return;
-    for (const char* option : {"--max-levels", "--refine", "--symmetry"})
+    for (const char* option : {"--max-levels", "--refine", "--symmetry", "--crease-rule"})
         if (options.common.command->count(option) > 0)
             throw base::UsageError(
                 fmt::format("--interpolate and {} do not go together: the cage is not refined, and "

@@ -110,6 +110,12 @@ void add_refinement_options(CLI::App& command, FitArguments& options) {
         {{"local", RefinementScope::Local}, {"global", RefinementScope::Global}},
         "where the cage is too coarse: local (strips of quads there are split lengthwise) or "
         "global (every face in four, as remeshed cages always are)");
+    add_choice<mesh::CreaseRule>(
+        command, "--crease-rule", options.crease_rule,
+        {{"runout", mesh::CreaseRule::ParabolicRunout},
+         {"catmull-clark", mesh::CreaseRule::CatmullClark}},
+        "the surface beside sharp edges and borders: runout (parabolic, nearer to the input; other "
+        "programs show the cage's surface a little off there) or catmull-clark");
 }
 
 }  // namespace
@@ -151,6 +157,7 @@ convert::ConvertOptions convert_options(Run& run, const convert::Source& source,
                                     .target_faces = cage.target_faces,
                                     .refinement = fit.refinement,
                                     .symmetry = fit.symmetry,
+                                    .crease_rule = fit.crease_rule,
                                     .max_levels = fit.max_levels};
     if (!cage_file.empty()) {
         const auto unit = base::parse_length_unit(fit.cage_unit);

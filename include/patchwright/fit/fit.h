@@ -55,6 +55,9 @@ struct FitOptions {
     /// along a chain of sharp edges, the limit surface does so exactly. Name the plane where it is
     /// not found, None where the model only happens to end on it.
     Symmetry symmetry = Symmetry::Detect;
+    /// How the surface is to end at creases; none: as the given cage says. See mesh::CreaseRule.
+    /// CatmullClark where other programs are to see the same surface.
+    std::optional<mesh::CreaseRule> crease_rule = mesh::CreaseRule::ParabolicRunout;
     /// In place of least squares: the limit points of all vertices lie on the reference, as many
     /// conditions as control points (collocation). One level; the tolerance is for FitResult only,
     /// and symmetry is not looked for. See fit().

@@ -14,7 +14,7 @@ std::vector<Cage> connected_parts(const Cage& cage);
 
 /// One cage of all parts, which are not connected: vertices, faces and groups part after part;
 /// groups of the same name become one.
-/// @pre all parts have the same boundary rule
+/// @pre all parts have the same rules at boundaries and creases
 Cage joined(const std::vector<Cage>& parts);
 
 }  // namespace patchwright::mesh

@@ -2,10 +2,10 @@
 #pragma once
 
 #include <patchwright/base/ids.h>
+#include <patchwright/mesh/topology_input.h>
 
-#include <array>
 #include <cmath>
-#include <limits>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,61 +18,6 @@ using EdgeId = base::Id<struct EdgeTag>;
 using FaceId = base::Id<struct FaceTag>;
 /// A face's corner, which is also the half-edge from this corner's vertex to the next one's.
 using CornerId = base::Id<struct CornerTag>;
-
-inline constexpr double infinite_sharpness = std::numeric_limits<double>::infinity();
-
-/// What happens at the boundary; the values are those of OpenSubdiv's `interpolateboundary` tag.
-enum class BoundaryRule {
-    EdgeOnly = 1,      ///< boundary edges are creases
-    EdgeAndCorner = 2  ///< and boundary vertices with one face are corners
-};
-
-struct EdgeTagInput {
-    int v0, v1;
-    double sharpness;
-};
-
-struct VertexTagInput {
-    int vertex;
-    double sharpness;
-};
-
-/// The faces between two infinitely sharp edges at a vertex whose shape is to be controlled.
-struct SectorTagInput {
-    int vertex;
-    int face;  ///< any of the sector's
-    /// What the sector spans, radians in (0, 2 pi): edge points near the vertex then follow the
-    /// rule for that angle. 0: the ordinary rules.
-    double angle = 0.0;
-    std::array<double, 3> normal{};  ///< of the surface there; zero: free
-};
-
-/// The point of an edge is moved by shift * (v1 - v0) at every step; goes on with the half at v0.
-struct EdgeShiftInput {
-    int v0, v1;
-    double shift;
-};
-
-/// Lines of a file, one an element, that messages name.
-struct SourceLines {
-    std::vector<int> vertices, faces, creases, corners, sectors, pins;
-};
-
-/// Polygons and tags as a file or a program gives them, unchecked.
-struct TopologyInput {
-    int vertex_count = 0;
-    std::vector<int> face_sizes;     ///< one a face
-    std::vector<int> face_vertices;  ///< face after face, counter-clockwise seen from outside
-    std::vector<EdgeTagInput> creases;
-    std::vector<VertexTagInput> corners;
-    std::vector<SectorTagInput> sectors;
-    std::vector<EdgeShiftInput> edge_shifts;  ///< besides those that sectors make
-    std::vector<int> pins;                    ///< vertices whose control points a fit must not move
-    std::vector<int> face_group;  ///< one a face, index into group_names; or empty: no names
-    std::vector<std::string> group_names;
-    BoundaryRule boundary_rule = BoundaryRule::EdgeOnly;
-    SourceLines lines;  ///< empty: not from a file
-};
 
 /// Immutable half-edge connectivity of oriented manifold polygons, with or without boundary.
 class Topology {
@@ -154,6 +99,20 @@ class Topology {
     }
     [[nodiscard]] bool has_edge_shifts() const { return !edge_shift_.empty(); }
 
+    [[nodiscard]] CreaseRule crease_rule() const { return crease_rule_; }
+    /// The same mesh with another rule at creases.
+    [[nodiscard]] Topology with(CreaseRule rule) const;
+    /// Whether CreaseRule::ParabolicRunout acts anywhere.
+    [[nodiscard]] bool has_runouts() const { return !runouts_.empty(); }
+    /// Whether the line of control points along this edge has a parabolic runout at `v`, its end.
+    [[nodiscard]] bool is_runout(EdgeId e, VertexId v) const {
+        return has_runouts() && (runouts_[e.index()] & (v == start(e) ? 1 : 2)) != 0;
+    }
+    /// Whether a runout may act on the face, which is regular then.
+    [[nodiscard]] bool is_near_runout(FaceId f) const {
+        return has_runouts() && near_runout_[f.index()] != 0;
+    }
+
     [[nodiscard]] bool is_pinned(VertexId v) const { return pinned_[v.index()] != 0; }
     [[nodiscard]] int group(FaceId f) const {
         return face_group_.empty() ? -1 : face_group_[f.index()];
@@ -166,6 +125,7 @@ class Topology {
   private:
     void connect();
     void shift_edge(CornerId c, double shift);
+    void set_crease_rule(CreaseRule rule);
 
     std::vector<std::int32_t> face_begin_;     // faces + 1
     std::vector<std::int32_t> corner_vertex_;  // corners
@@ -182,6 +142,9 @@ class Topology {
     std::vector<std::int32_t> face_group_;
     std::vector<std::string> group_names_;
     BoundaryRule boundary_rule_ = BoundaryRule::EdgeOnly;
+    CreaseRule crease_rule_ = CreaseRule::CatmullClark;
+    std::vector<std::uint8_t> runouts_;  // edges, bit 0: at start, 1: at end; or empty
+    std::vector<char> near_runout_;      // faces, or empty
     bool all_quads_ = true;
     bool closed_ = true;
 };
@@ -192,9 +155,6 @@ std::vector<CornerId> sector_corners(const Topology& topology, CornerId c);
 
 /// The corner of face `f` at vertex `v`; not valid() when there is none.
 CornerId find_corner(const Topology& topology, FaceId f, VertexId v);
-
-/// Sharpness of at least this counts as infinite, as in OpenSubdiv.
-inline constexpr double sharpness_limit = 10.0;
 
 }  // namespace patchwright::mesh
 #pragma GCC visibility pop

@@ -29,6 +29,8 @@ struct FitFigures {
     double tolerance = 0.0;
     int best_level = 0;                ///< the one that was taken, from 0
     std::optional<int> symmetry_axis;  ///< of the symmetry plane that was kept: 0, 1 or 2
+    /// See measure::distance_from_catmull_clark(); none: that rule is the cage's.
+    std::optional<double> off_catmull_clark_mm;
     measure::Fairness before, after;
     std::vector<fit::FitLevel> levels;
 };

@@ -21,7 +21,8 @@ struct Refinement {
 /// Catmull-Clark with creases, corners, darts, boundaries and semi-sharp features.
 /// Source: Catmull, Clark (1978); DeRose, Kass, Truong, Subdivision Surfaces in Character Animation
 /// (1998), sections 3 and 4; blending at a vertex as in OpenSubdiv (mean of the sharpnesses that
-/// end).
+/// end). The limit surface stays; with CreaseRule::ParabolicRunout only nearly so at corners, and
+/// where lines with a runout lie beside others without.
 Refinement refine(const mesh::Topology& topology);
 
 /// @pre levels >= 0

@@ -43,18 +43,21 @@ class RingKind {
         Stencils matrix;  ///< child's slots x this kind's slots
     };
 
-    [[nodiscard]] int slots() const { return local_->vertex_count(); }
+    [[nodiscard]] int slots() const {
+        return local_ ? local_->vertex_count() : static_cast<int>(regular_.cols());
+    }
     /// Number of the face's own vertices, and of its children.
-    [[nodiscard]] int size() const { return local_->size(mesh::FaceId{0}); }
+    [[nodiscard]] int size() const { return local_ ? local_->size(mesh::FaceId{0}) : 4; }
 
     /// Whether the limit surface over the face is one bicubic polynomial.
     [[nodiscard]] bool is_regular() const { return regular_.rows() > 0; }
     /// @pre is_regular()
     /// 16 x slots(): the uniform bicubic B-spline control points (a, b) in row 4 a + b, a along u;
-    /// beyond creases and boundaries they are mirrored.
+    /// beyond creases and boundaries they are mirrored, or as parabolic runouts.
     [[nodiscard]] const Eigen::MatrixXd& regular() const { return regular_; }
 
     /// The neighbourhood of child `i` after one subdivision step (see Refinement for the order).
+    /// @pre no parabolic runout acts on the face
     [[nodiscard]] const Child& child(int i) const;
 
     /// Masks at one of the face's own vertices, as seen from the face.
@@ -76,16 +79,12 @@ class RingKind {
     /// Whether child `i` is of this very kind again: an extraordinary vertex that stays.
     [[nodiscard]] bool is_stationary(int i) const { return child(i).kind == this; }
 
-    /// The neighbourhood as a mesh of its own; the face is number 0, slots are vertices. Tags are
-    /// complete for the edges and vertices that act on the face only.
-    [[nodiscard]] const mesh::Topology& local() const { return *local_; }
-
     /// Kinds of a table are numbered from 0 as they are met.
     [[nodiscard]] int number() const { return number_; }
 
   private:
     friend class RingTable;
-    RingKind(class RingTable& table, int number, std::shared_ptr<const mesh::Topology> local);
+    RingKind(class RingTable& table, int number, const RingExtractor& extracted);
 
     Corner make_corner(int i) const;
     TangentPlane make_tangent_plane(int i) const;
@@ -97,6 +96,9 @@ class RingKind {
 
     RingTable& table_;
     int number_;
+    /// The neighbourhood as a mesh of its own: the face is number 0, slots are vertices; tags are
+    /// complete for the edges and vertices that act on the face only. None where regular_ alone
+    /// tells all.
     std::shared_ptr<const mesh::Topology> local_;
     Eigen::MatrixXd regular_;
     std::unique_ptr<Lazy> lazy_;
@@ -105,6 +107,9 @@ class RingKind {
 /// Where corner i of a quad lies in the parameter square.
 constexpr bool at_end_u(int i) { return i == 1 || i == 2; }
 constexpr bool at_end_v(int i) { return i >= 2; }
+
+/// Place (a, b) of each corner of a quad among its 16 control points, see RingKind::regular().
+inline constexpr std::array<std::array<int, 2>, 4> own_places{{{1, 1}, {2, 1}, {2, 2}, {1, 2}}};
 
 /// All kinds met so far. Thread-safe; kinds live as long as their table.
 class RingTable {

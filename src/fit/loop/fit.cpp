@@ -139,6 +139,9 @@ class LevelLoop {
   private:
     void fit_level_now() {
         const auto start = std::chrono::steady_clock::now();
+        if (options_.crease_rule)
+            now_.cage.topology = std::make_shared<const mesh::Topology>(
+                now_.cage.topology->with(*options_.crease_rule));
         FitOptions of_level = options_;
         if (now_.figures.local) of_level.solver.fairness *= local_fairness;
         LevelFit fitted =

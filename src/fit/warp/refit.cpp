@@ -45,6 +45,7 @@ RefitResult refit(const mesh::Cage& cage, const geom::ReferenceSurface& referenc
                   const FitOptions& given_options, const ModelChange* change) {
     FitOptions options = given_options;
     options.max_levels = 0;
+    options.crease_rule.reset();
     options.solver.tangential_scale_rel = tangential_scale_rel;
     const bool away = faces_away(cage, reference);
     const TurnedReference turned(reference);

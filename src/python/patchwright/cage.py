@@ -31,6 +31,9 @@ def _split_faces(faces: object, given_sizes: object) -> tuple[Indices, Indices]:
     return np.array(sizes, np.int32), vertices.reshape(-1)
 
 
+CREASE_RULES = ("catmull-clark", "runout")
+
+
 class Cage:
     """A Catmull-Clark control mesh: connectivity with tags, and one point a vertex, in millimetres.
 
@@ -42,6 +45,7 @@ class Cage:
     pins: vertices that a fit must not move.
     groups: (m,) numbers into group_names, or -1: names of faces.
     boundary_corners: whether boundary vertices with one face are corners.
+    crease_rule: how the limit surface ends at sharp edges: "catmull-clark" or "runout", as `patchwright fit --help` says.
 
     Raises UsageError for arrays of other shapes or kinds, InputError for meshes that are not manifold, faces that
     repeat vertices, tags on what does not exist; the message names the element.
@@ -52,17 +56,19 @@ class Cage:
     def __init__(self, points: npt.ArrayLike, faces: Any, *, sizes: npt.ArrayLike | None = None,
                  creases: npt.ArrayLike = (), crease_sharpness: npt.ArrayLike = np.inf,
                  corners: npt.ArrayLike = (), corner_sharpness: npt.ArrayLike = np.inf, pins: npt.ArrayLike = (), groups: npt.ArrayLike = (),
-                 group_names: Sequence[str] = (), boundary_corners: bool = False) -> None:
+                 group_names: Sequence[str] = (), boundary_corners: bool = False, crease_rule: str = "catmull-clark") -> None:
         face_sizes, vertices = _split_faces(faces, sizes)
         edges = _checks.indices(creases, "creases", 2)
         tips = _checks.indices(corners, "corners")
         edge_sharpness = _sharpness(crease_sharpness, "crease_sharpness", len(edges))
         tip_sharpness = _sharpness(corner_sharpness, "corner_sharpness", len(tips))
         numbers = _checks.indices(groups, "groups", begin=-1)
+        if _checks.text(crease_rule, "crease_rule") not in CREASE_RULES:
+            raise UsageError(f"crease_rule: '{crease_rule}' is none of {', '.join(CREASE_RULES)}")
         self._held = _core.Cage.build(
             _checks.shared_floats(points, "points", 3), face_sizes, vertices, edges, edge_sharpness, tips, tip_sharpness,
             _checks.indices(pins, "pins"), _checks.flag(boundary_corners, "boundary_corners"),
-            _checks.texts(group_names, "group_names"), numbers)
+            crease_rule == CREASE_RULES[1], _checks.texts(group_names, "group_names"), numbers)
 
     @classmethod
     def _of(cls, core: _core.Cage) -> Cage:
@@ -121,6 +127,11 @@ class Cage:
     def pins(self) -> Indices:
         """Vertices that a fit must not move."""
         return self._held.pins()
+
+    @property
+    def crease_rule(self) -> str:
+        """How the limit surface ends at sharp edges: "catmull-clark" or "runout"."""
+        return CREASE_RULES[self._held.has_runout_rule()]
 
     @property
     def groups(self) -> tuple[Indices, list[str]]:

@@ -17,6 +17,7 @@ class Cage:
     corners: dict = field(default_factory=dict)       # v: sharpness
     pins: set = field(default_factory=set)
     sectors: dict = field(default_factory=dict)       # (v, face): angle in degrees, (x, y, z) of a normal or None
+    crease_rule: str = "catmull-clark"                # or "runout"
     boundary_rule: int = 1                            # interpolateboundary: 1 edges, 2 edges and corners
 
 
@@ -59,6 +60,8 @@ class _Reader:
             self.tag(words)
         elif words[:2] == ["#patchwright", "pin"]:
             self.cage.pins.update(map(int, words[2:]))
+        elif words[:2] == ["#patchwright", "crease-rule"]:
+            self.cage.crease_rule = words[2]
         elif words[:2] == ["#patchwright", "sector"]:
             normal = tuple(map(float, words[5:8])) if len(words) == 8 else None
             self.cage.sectors[int(words[2]), int(words[3])] = (float(words[4]), normal)
@@ -124,6 +127,8 @@ def cage_text(cage):
             lines.append(f"g {name}" if name else "g")
         lines.append("f " + " ".join(str(v + 1) for v in face))
     lines.append(f"t interpolateboundary 1/0/0 {cage.boundary_rule}")
+    if cage.crease_rule != "catmull-clark":
+        lines.append(f"#patchwright crease-rule {cage.crease_rule}")
     lines += [f"t crease 2/1/0 {v} {w} {number(s)}" for (v, w), s in cage.creases.items()]
     lines += [f"t corner 1/1/0 {v} {number(s)}" for v, s in sorted(cage.corners.items())]
     lines += [f"#patchwright pin {v}" for v in sorted(cage.pins)]

@@ -16,6 +16,7 @@ REST, SHARPNESS, CORNER = "patchwright_rest", "patchwright_sharpness", "patchwri
 SECTOR, SECTOR_NORMAL, NAME = "patchwright_sector", "patchwright_sector_normal", "patchwright_name"
 PINS = "patchwright pin"
 ORIGIN, SCALE, MATRIX, BOUNDARY = "patchwright_origin", "patchwright_scale", "patchwright_matrix", "patchwright_boundary"
+CREASE_RULE = "patchwright_crease_rule"
 SAME_CREASE = 1e-6  # Blender's creases are single precision
 HELD_DIGITS = 13    # of the model's extent: two single-precision numbers hold 48 bits
 DOUBLE_DIGITS = 16  # of the largest coordinate: below that a sum in double precision is not exact
@@ -53,6 +54,7 @@ def to_object(cage, name, scale):
     thing = bpy.data.objects.new(name, mesh)
     thing.location = [scale * o for o in origin]
     thing[ORIGIN], thing[SCALE], thing[BOUNDARY] = origin, float(scale), cage.boundary_rule
+    thing[CREASE_RULE] = cage.crease_rule
     thing[MATRIX] = [x for row in thing.matrix_basis for x in row]
     if cage.pins:
         thing.vertex_groups.new(name=PINS).add(sorted(cage.pins), 1.0, "REPLACE")
@@ -141,6 +143,7 @@ def from_object(thing, scale):
     preview = next((m for m in thing.modifiers if m.type == "SUBSURF"), None)
     rules = {kind: rule for rule, kind in BOUNDARY_RULES.items()}
     cage.boundary_rule = rules[preview.boundary_smooth] if preview else int(thing.get(BOUNDARY, 1))
+    cage.crease_rule = thing.get(CREASE_RULE, cage.crease_rule)
     return cage
 
 
