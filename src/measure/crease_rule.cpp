@@ -2,7 +2,6 @@
 #include <patchwright/subd/limit_operator.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace patchwright::measure {
 
@@ -17,11 +16,13 @@ double distance_from_catmull_clark(const mesh::Cage& cage) {
     for (int i = 0; i <= intervals; ++i)
         for (int j = 0; j <= intervals; ++j)
             set.emplace_back(double(i) / intervals, double(j) / intervals);
+    const subd::LimitOperator limit(t, {set}, sites, subd::SampleRows::PointsAndTangents);
+    const geom::Points normals = limit.normals(cage.points).rowwise().normalized();
     geom::Points own, plain;
-    subd::LimitOperator(t, {set}, sites).apply(cage.points, own);
+    limit.apply(cage.points, own);
     subd::LimitOperator(t.with(mesh::CreaseRule::CatmullClark), {set}, sites)
         .apply(cage.points, plain);
-    return std::sqrt((own - plain).rowwise().squaredNorm().maxCoeff());
+    return (own - plain).cwiseProduct(normals).rowwise().sum().cwiseAbs().maxCoeff();
 }
 
 }  // namespace patchwright::measure

@@ -18,6 +18,7 @@ bool is_regular_corner(const Topology& t, CornerId c) {
         const double s = t.sharpness(t.edge(spoke));
         if (s > 0.0 && !std::isinf(s)) return false;
         if (t.is_shifted(spoke) || t.is_shifted(t.twin(spoke))) return false;
+        if (t.size(t.face(spoke)) != 4) return false;
         (s > 0.0 ? sharp_spokes : smooth_spokes) += 1;
         spoke = t.rotate(spoke);
         if (!spoke.valid()) ++sharp_spokes;  // the other boundary edge
@@ -30,12 +31,7 @@ bool is_regular_corner(const Topology& t, CornerId c) {
     const bool arriving = is_sharp(t, t.edge(t.previous(c)));
     if (leaving && arriving) return corner;
     if (corner) return false;
-    // Only faces of the same side matter: those next to this one here, and the one between them.
-    const auto quad = [&](CornerId other) { return t.size(t.face(other)) == 4; };
-    if (!leaving && !quad(t.twin(c))) return false;
-    if (!arriving && !quad(t.twin(t.previous(c)))) return false;
-    if (!leaving && !arriving)
-        return sharp_spokes == 0 && smooth_spokes == 4 && quad(t.twin(t.next(t.twin(c))));
+    if (!leaving && !arriving) return sharp_spokes == 0 && smooth_spokes == 4;
     // A crease vertex: regular when just one more face lies between the face and the other crease
     // edge.
     if (sharp_spokes != 2) return false;

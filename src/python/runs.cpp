@@ -96,8 +96,8 @@ convert::ConvertOptions convert_options(const Options& options, const convert::S
                                                               {"z", Symmetry::Z},
                                                               {"none", Symmetry::None}}),
             .crease_rule = options.choice<mesh::CreaseRule>(
-                "crease_rule", {{"runout", mesh::CreaseRule::ParabolicRunout},
-                                {"catmull-clark", mesh::CreaseRule::CatmullClark}}),
+                "crease_rule", {{"catmull-clark", mesh::CreaseRule::CatmullClark},
+                                {"runout", mesh::CreaseRule::ParabolicRunout}}),
             .max_levels = options.integer("max_levels", 0, most_levels)};
 }
 

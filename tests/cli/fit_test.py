@@ -65,6 +65,32 @@ class Interpolates(CliTest):
         self.assertLessEqual(report["fit"]["levels"][0]["interpolated_max"], 1e-9 * report["input"]["diagonal"])
 
 
+class CreaseRule(CliTest):
+    def test_patches_follow_from_the_cage_and_its_tag(self):
+        step, cage = self.path("wing.step"), self.path("wing.obj")
+        report = self.report("convert", SAMPLES / "wing/wing.step", "-o", step, "--cage-out", cage, "--tolerance", "1e-3rel",
+                             "--crease-rule", "runout")
+        tag = "#patchwright crease-rule runout\n"
+        self.assertIn(tag, cage.read_text())
+        off = report["fit"]["off_catmull_clark"]
+        self.assertGreater(off, 1e-5 * report["input"]["diagonal"])
+        plain = self.path("plain.obj", cage.read_text().replace(tag, ""))
+        for given, code in ((cage, 0), (plain, 3)):
+            exported = self.path("again.step")
+            self.assertEqual(run("export", given, "-o", exported).returncode, 0)
+            result = run("compare", step, exported, "--tolerance", "1e-8rel")
+            self.assertEqual(result.returncode, code, result.stderr)
+        # Other programs see a surface that is no farther off than the report says.
+        self.assertEqual(run("compare", step, exported, "--tolerance", f"{1.1 * off}mm").returncode, 0)
+
+    def test_by_default_other_programs_see_the_same_surface(self):
+        cage = self.path("wing.obj")
+        report = self.report("convert", SAMPLES / "wing/wing.step", "-o", self.path("wing.step"), "--cage-out", cage, "--tolerance",
+                             "1e-3rel")
+        self.assertNotIn("crease-rule", cage.read_text())
+        self.assertNotIn("off_catmull_clark", report["fit"])
+
+
 class FootPointsOfTheKernel(CliTest):
     def test_a_fit_has_the_same_figures(self):
         """On a small body; tests/occ has the sample wing."""

@@ -108,6 +108,13 @@ TEST_CASE("half an ellipsoid ends on its symmetry plane at right angles", "[fit]
     const auto asked =
         fit::fit(half_box(), HalfEllipsoid(), {.tolerance_mm = 2e-3, .symmetry = fit::Symmetry::Y});
     CHECK(asked.cage.points == result.cage.points);
+    // With runouts at the border as well.
+    const auto runouts =
+        fit::fit(half_box(), HalfEllipsoid(),
+                 {.tolerance_mm = 2e-4, .crease_rule = mesh::CreaseRule::ParabolicRunout});
+    CHECK(runouts.within_tolerance);
+    CHECK(runouts.cage.topology->has_runouts());
+    CHECK(largest_tilt(runouts.cage) < 1e-12);
 }
 
 TEST_CASE("no plane is kept where there is none, or none is wanted", "[fit]") {

@@ -55,14 +55,16 @@ TEST_CASE("the rule at creases moves the surface by what its ends differ", "[mea
     runouts.crease_rule = mesh::CreaseRule::ParabolicRunout;
     mesh::Cage cage = test::grid(6, 6, runouts);
     CHECK(measure::distance_from_catmull_clark(cage) < 1e-14);  // the plane
-    // One control point next to the border, by 1: the runout adds 2/7 of the line's end in the
-    // middle of the border's faces, where 1 (u = 1/4) is the largest of five.
-    cage.points(3 * 7 + 1, 2) = 1.0;
-    const double u = 0.25, s = 1.0 - u;
-    const double along_end =
-        (4.0 + u * u * (3.0 * u - 6.0)) / 6.0 - 4.0 * s * s * s / 6.0;  // at the end less 4 beyond
+    // A control point next to the border, by `rise` at (3, 1): the line's end moves by 2/7, and the
+    // point beyond by -8/7. At (3, u) the limit along v is 4/6 of that, and along u the cubic basis
+    // of both; of five points a face, u = 1/2 is the largest.
+    constexpr double rise = 1e-6;  // normals stay upright to 1e-12
+    cage.points(3 * 7 + 1, 2) = rise;
+    const double u = 0.5;
+    const double moved = 2.0 / 7.0 * (4.0 - 6.0 * u * u + 3.0 * u * u * u) / 6.0 -
+                         8.0 / 7.0 * (1.0 - u) * (1.0 - u) * (1.0 - u) / 6.0;
     CHECK(measure::distance_from_catmull_clark(cage) ==
-          Approx(2.0 / 7.0 * std::abs(along_end) * 4.0 / 6.0).epsilon(1e-12));
+          Approx(4.0 / 6.0 * rise * std::abs(moved)).epsilon(1e-9));
     cage.topology =
         std::make_shared<const mesh::Topology>(cage.topology->with(mesh::CreaseRule::CatmullClark));
     CHECK(measure::distance_from_catmull_clark(cage) == 0.0);

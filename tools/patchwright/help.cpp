@@ -71,7 +71,7 @@ const std::map<std::string, Described> descriptions{
     {"--max-levels", {"Control mesh", "N"}},
     {"--refine", {"Control mesh", "local|global"}},
     {"--symmetry", {"Control mesh", "detect|x|y|z|none"}},
-    {"--crease-rule", {"Control mesh", "runout|catmull-clark"}},
+    {"--crease-rule", {"Control mesh", "catmull-clark|runout"}},
     {"-n", {"Control mesh", "LEVELS"}},
     {"--scheme", {"Control mesh", "edge-split|corner-cutting|de-rham"}},
     {"--at", {"Places", "FACE,U,V"}},

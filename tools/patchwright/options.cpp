@@ -112,10 +112,10 @@ void add_refinement_options(CLI::App& command, FitArguments& options) {
         "global (every face in four, as remeshed cages always are)");
     add_choice<mesh::CreaseRule>(
         command, "--crease-rule", options.crease_rule,
-        {{"runout", mesh::CreaseRule::ParabolicRunout},
-         {"catmull-clark", mesh::CreaseRule::CatmullClark}},
-        "the surface beside sharp edges and borders: runout (parabolic, nearer to the input; other "
-        "programs show the cage's surface a little off there) or catmull-clark");
+        {{"catmull-clark", mesh::CreaseRule::CatmullClark},
+         {"runout", mesh::CreaseRule::ParabolicRunout}},
+        "how the surface ends at sharp edges and borders: catmull-clark, or runout, nearer to "
+        "curved models there (parabolic; other programs show such cages a little off)");
 }
 
 }  // namespace

@@ -86,7 +86,7 @@ struct FitArguments {
     std::string cage_unit = "mm";
     fit::RefinementScope refinement = fit::RefinementScope::Local;
     fit::Symmetry symmetry = fit::Symmetry::Detect;
-    mesh::CreaseRule crease_rule = mesh::CreaseRule::ParabolicRunout;
+    mesh::CreaseRule crease_rule = mesh::CreaseRule::CatmullClark;
     std::optional<int> max_levels;
     std::optional<double> time_limit_s;
 };

@@ -56,8 +56,8 @@ struct FitOptions {
     /// not found, None where the model only happens to end on it.
     Symmetry symmetry = Symmetry::Detect;
     /// How the surface is to end at creases; none: as the given cage says. See mesh::CreaseRule.
-    /// CatmullClark where other programs are to see the same surface.
-    std::optional<mesh::CreaseRule> crease_rule = mesh::CreaseRule::ParabolicRunout;
+    /// ParabolicRunout is nearer to curved models there; other programs do not know it.
+    std::optional<mesh::CreaseRule> crease_rule = mesh::CreaseRule::CatmullClark;
     /// In place of least squares: the limit points of all vertices lie on the reference, as many
     /// conditions as control points (collocation). One level; the tolerance is for FitResult only,
     /// and symmetry is not looked for. See fit().

@@ -15,19 +15,25 @@ struct PointConstraints {
     static constexpr std::uint8_t all = 7;
 
     std::vector<std::uint8_t> held;  ///< by vertex: bit c for coordinate c
-    /// First follows second in the two coordinates that are not `axis`: the surface then meets the
-    /// plane of the second ones at right angles. No second is a first.
-    std::vector<std::pair<int, int>> followers;
+    /// A control point next to `leader`, which is on a plane, in the two coordinates that are not
+    /// `axis`: at the leader, but for a share of the way to `other`. No leader or other follows.
+    struct Follower {
+        int vertex, leader, other;
+        double share = 0.0;
+    };
+    /// So that the surface meets the plane at right angles.
+    std::vector<Follower> followers;
     int axis = 0;
     const subd::CornerSectors* corners = nullptr;  ///< parts of these are kept
 
     /// Adds each follower's part to what it follows, and takes it away there: the transpose of
     /// `follow`.
     void gather(geom::Points& rows) const {
-        for (const auto& [v, leader] : followers) {
+        for (const auto& [v, leader, other, share] : followers) {
             for (int c = 0; c < 3; ++c) {
                 if (c == axis) continue;
-                rows(leader, c) += rows(v, c);
+                rows(leader, c) += (1.0 - share) * rows(v, c);
+                rows(other, c) += share * rows(v, c);
                 rows(v, c) = 0.0;
             }
         }
@@ -43,9 +49,10 @@ struct PointConstraints {
         if (corners != nullptr) corners->project_transposed(rows);
     }
     void follow(geom::Points& rows) const {
-        for (const auto& [v, leader] : followers) {
+        for (const auto& [v, leader, other, share] : followers) {
             for (int c = 0; c < 3; ++c) {
-                if (c != axis) rows(v, c) = rows(leader, c);
+                if (c != axis)
+                    rows(v, c) = (1.0 - share) * rows(leader, c) + share * rows(other, c);
             }
         }
     }

@@ -99,6 +99,41 @@ std::vector<VertexId> neighbours(const mesh::Topology& topology, VertexId v) {
     }
 }
 
+/// The third vertex of the line that ends at `end` and goes on to `next`, if it has a runout there.
+std::optional<VertexId> third_on_runout(const Topology& topology, VertexId end, VertexId next) {
+    const CornerId first = topology.corner(end);
+    CornerId c = first;
+    do {
+        if (topology.vertex(topology.next(c)) == next) {
+            if (!topology.is_runout(topology.edge(c), end)) return std::nullopt;
+            const CornerId on = topology.next(topology.twin(topology.next(c)));
+            return topology.vertex(topology.next(on));
+        }
+        c = topology.rotate(c);
+    } while (c.valid() && c != first);
+    return std::nullopt;
+}
+
+/// Where vertex `v` has to be for right angles. With points q, p, r of a line from the plane on,
+/// the limit surface's derivative there goes by p - q, with a runout by 11 p - 9 q - 2 r.
+PointConstraints::Follower follower(const Topology& topology, const std::map<int, int>& leaders,
+                                    int v, int leader) {
+    PointConstraints::Follower result{v, leader, leader};
+    const auto third = third_on_runout(topology, VertexId{leader}, VertexId{v});
+    if (!third) return result;
+    const auto opposite = leaders.find(third->value);
+    if (opposite == leaders.end() || opposite->second < 0) {
+        result.other = third->value;
+        result.share = 2.0 / 11.0;
+        return result;
+    }
+    // The line has three edges, and r follows as well: the same at its end, solved for p.
+    result.other = opposite->second;
+    result.share =
+        third_on_runout(topology, VertexId{result.other}, *third) ? 2.0 / 13.0 : 2.0 / 11.0;
+    return result;
+}
+
 std::optional<SymmetryPlane> on_plane(int axis, const mesh::Topology& topology,
                                       const geom::Points& points, const CurveSampling& curves,
                                       const FeatureMatch& match, const PlaneSearch& search) {
@@ -132,7 +167,7 @@ std::optional<SymmetryPlane> on_plane(int axis, const mesh::Topology& topology,
         if (!added) entry->second = -1;
     }
     for (const auto& [v, leader] : leaders) {
-        if (leader >= 0) plane.followers.emplace_back(v, leader);
+        if (leader >= 0) plane.followers.push_back(follower(topology, leaders, v, leader));
     }
     return plane;
 }

@@ -14,7 +14,7 @@ struct SymmetryPlane {
     int axis = 0;               ///< the plane is this coordinate = 0
     std::vector<int> vertices;  ///< control points on it
     /// See PointConstraints::followers: where the reference meets the plane at right angles.
-    std::vector<std::pair<int, int>> followers;
+    std::vector<PointConstraints::Follower> followers;
 };
 
 /// The plane x, y or z = 0 on which chains of the cage end with the reference, which lies on one
