@@ -209,6 +209,24 @@ class LimitSurface(ModuleTest):
         child = np.array([[0, 3], [1, 2]])[(uv[:, 0] > 0.5).astype(int), (uv[:, 1] > 0.5).astype(int)]
         np.testing.assert_allclose(fine.evaluate(4 * faces + child, 2 * uv % 1), cage.evaluate(faces, uv), atol=1e-10)
 
+    def test_rules_at_creases(self):
+        """A parabola over four faces: its second derivative at the border is 2 with a runout, 0 without."""
+        i, j = np.meshgrid(np.arange(5), np.arange(4), indexing="ij")
+        height = i**2 - np.where((i == 0) | (i == 4), 0.0, 1 / 3)
+        points = np.stack([i, j, height], axis=-1).reshape(-1, 3).astype(float)
+        at = lambda a, b: 4 * a + b
+        faces = [[at(a, b), at(a + 1, b), at(a + 1, b + 1), at(a, b + 1)] for a in range(4) for b in range(3)]
+        for rule, second in (("catmull-clark", 0.0), ("runout", 2.0)):
+            cage = pw.Cage(points, faces, boundary_corners=True, crease_rule=rule)
+            self.assertEqual(cage.crease_rule, rule)
+            self.assertEqual(cage.copy().crease_rule, rule)
+            rows = cage.evaluate([1], [[0.0, 0.5]], order=2)
+            self.assertAlmostEqual(rows.reshape(-1, 3)[3, 2], second, places=12)
+            cage.write(self.folder / "rule.obj")
+            self.assertEqual(pw.Cage.read(self.folder / "rule.obj").crease_rule, rule)
+        with self.assertRaisesRegex(pw.UsageError, "crease_rule: 'sharp' is none of catmull-clark, runout"):
+            pw.Cage(points, faces, crease_rule="sharp")
+
     def test_tagged_sectors(self):
         # A square whose corner at the origin spans 90 degrees and faces up: points around it are adjusted.
         text = "v 0 0 0\nv 1 0 0.3\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n#patchwright sector 0 0 90 0 0 1\n"
