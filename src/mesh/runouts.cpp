@@ -51,8 +51,7 @@ class RunoutFinder {
         for (const FaceId f : t.faces()) regular_[f.index()] = is_regular(t, f) ? 1 : 0;
     }
 
-    /// One entry an edge, as Runouts::of_edge.
-    std::vector<std::uint8_t> find() {
+    Runouts find() {
         // A crease belongs to one side or two, and its end to all of them.
         std::vector<int> sides(2 * of_edge_.size(), 0);
         for (std::int32_t i = 0; i < t_.corner_count(); ++i) {
@@ -70,7 +69,9 @@ class RunoutFinder {
                 if (++willing == (t_.is_boundary(e) ? 1 : 2)) set(e, t_.vertex(cell));
             }
         }
-        return of_edge_;
+        std::vector<char> near = faces_near_ends();
+        if (near.empty()) return {};
+        return {std::move(of_edge_), std::move(near)};
     }
 
   private:
@@ -127,26 +128,34 @@ class RunoutFinder {
         return c.valid();
     }
 
+    /// Regular faces up to the second row around the ends; empty where there are none.
+    [[nodiscard]] std::vector<char> faces_near_ends() const {
+        std::vector<char> near_vertex(std::size_t(t_.vertex_count()), 0);
+        bool any = false;
+        for (const EdgeId e : t_.edges()) {
+            if ((of_edge_[e.index()] & 1) != 0) near_vertex[t_.start(e).index()] = 1;
+            if ((of_edge_[e.index()] & 2) != 0) near_vertex[t_.end(e).index()] = 1;
+            any = any || of_edge_[e.index()] != 0;
+        }
+        if (!any) return {};
+        std::vector<char> near(regular_.size(), 0);
+        for (int row = 0; row < 2; ++row) {
+            for (const FaceId f : t_.faces())
+                for (const CornerId c : t_.corners(f))
+                    if (near_vertex[t_.vertex(c).index()] != 0) near[f.index()] = 1;
+            for (const FaceId f : t_.faces())
+                if (near[f.index()] != 0)
+                    for (const CornerId c : t_.corners(f)) near_vertex[t_.vertex(c).index()] = 1;
+        }
+        for (std::size_t f = 0; f < near.size(); ++f)
+            if (regular_[f] == 0) near[f] = 0;
+        return near;
+    }
+
     const Topology& t_;
     std::vector<char> regular_;
     std::vector<std::uint8_t> of_edge_;
 };
-
-/// Regular faces up to the second row around the ends of lines.
-std::vector<char> faces_near(const Topology& t, std::vector<char> near_vertex) {
-    std::vector<char> near(std::size_t(t.face_count()), 0);
-    for (int row = 0; row < 2; ++row) {
-        for (const FaceId f : t.faces())
-            for (const CornerId c : t.corners(f))
-                if (near_vertex[t.vertex(c).index()] != 0) near[f.index()] = 1;
-        for (const FaceId f : t.faces())
-            if (near[f.index()] != 0)
-                for (const CornerId c : t.corners(f)) near_vertex[t.vertex(c).index()] = 1;
-    }
-    for (const FaceId f : t.faces())
-        if (near[f.index()] != 0 && !is_regular(t, f)) near[f.index()] = 0;
-    return near;
-}
 
 }  // namespace
 
@@ -160,18 +169,7 @@ bool is_regular(const Topology& t, FaceId f) {
 Runouts find_runouts(const Topology& t) {
     // Meshes of other polygons are refined before patches and grids are made of them.
     if (!t.all_quads()) return {};
-    Runouts runouts{RunoutFinder(t).find(), {}};
-    std::vector<char> is_end(std::size_t(t.vertex_count()), 0);
-    bool any = false;
-    for (const EdgeId e : t.edges()) {
-        const int ends = runouts.of_edge[e.index()];
-        if ((ends & 1) != 0) is_end[t.start(e).index()] = 1;
-        if ((ends & 2) != 0) is_end[t.end(e).index()] = 1;
-        any = any || ends != 0;
-    }
-    if (!any) return {};
-    runouts.near_face = faces_near(t, std::move(is_end));
-    return runouts;
+    return RunoutFinder(t).find();
 }
 
 }  // namespace patchwright::mesh

@@ -79,6 +79,14 @@ std::optional<double> normal_tolerance_rad(const Options& options) {
     return base::parse_angle(*given);
 }
 
+/// Nothing where the cage's own is to stay.
+std::optional<mesh::CreaseRule> crease_rule_of(const Options& options) {
+    using mesh::CreaseRule;
+    if (!options.text("crease_rule")) return std::nullopt;
+    return options.choice<CreaseRule>("crease_rule", {{"catmull-clark", CreaseRule::CatmullClark},
+                                                      {"runout", CreaseRule::ParabolicRunout}});
+}
+
 convert::ConvertOptions convert_options(const Options& options, const convert::Source& source,
                                         const std::optional<mesh::Cage>& cage) {
     using fit::RefinementScope;
@@ -95,9 +103,7 @@ convert::ConvertOptions convert_options(const Options& options, const convert::S
                                                               {"y", Symmetry::Y},
                                                               {"z", Symmetry::Z},
                                                               {"none", Symmetry::None}}),
-            .crease_rule = options.choice<mesh::CreaseRule>(
-                "crease_rule", {{"catmull-clark", mesh::CreaseRule::CatmullClark},
-                                {"runout", mesh::CreaseRule::ParabolicRunout}}),
+            .crease_rule = crease_rule_of(options),
             .max_levels = options.integer("max_levels", 0, most_levels)};
 }
 

@@ -102,14 +102,12 @@ class StencilBuilder {
         const double sharp = std::min(topology_.sharpness(e), 1.0);
         const double end_weight = 0.5 * sharp + 0.25 * (1.0 - sharp);
         const CornerId c = topology_.corner(e);
-        if (sharp < 1.0) {
-            add_control_point(c, end_weight);
-            add_control_point(topology_.next(c), end_weight);
-        } else {
+        if (sharp == 1.0) {
             add_crease_point(c, false, end_weight);
             add_crease_point(c, true, end_weight);
-        }
-        if (sharp < 1.0) {
+        } else {
+            add_control_point(c, end_weight);
+            add_control_point(topology_.next(c), end_weight);
             add_face_point(topology_.face(c), 0.25 * (1.0 - sharp));
             add_face_point(topology_.face(topology_.twin(c)), 0.25 * (1.0 - sharp));
         }

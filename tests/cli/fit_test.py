@@ -74,6 +74,13 @@ class CreaseRule(CliTest):
         self.assertIn(tag, cage.read_text())
         off = report["fit"]["off_catmull_clark"]
         self.assertGreater(off, 1e-5 * report["input"]["diagonal"])
+        # A fit of the cage keeps its rule, unless another one is asked for.
+        again = self.path("again.obj")
+        self.report("fit", SAMPLES / "wing/wing.step", "--cage", cage, "-o", again, "--tolerance", "1e-3rel")
+        self.assertIn(tag, again.read_text())
+        self.report("fit", SAMPLES / "wing/wing.step", "--cage", cage, "-o", again, "--tolerance", "1e-2rel", "--crease-rule",
+                    "catmull-clark")
+        self.assertNotIn(tag, again.read_text())
         plain = self.path("plain.obj", cage.read_text().replace(tag, ""))
         for given, code in ((cage, 0), (plain, 3)):
             exported = self.path("again.step")

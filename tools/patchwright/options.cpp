@@ -115,7 +115,8 @@ void add_refinement_options(CLI::App& command, FitArguments& options) {
         {{"catmull-clark", mesh::CreaseRule::CatmullClark},
          {"runout", mesh::CreaseRule::ParabolicRunout}},
         "how the surface ends at sharp edges and borders: catmull-clark, or runout, nearer to "
-        "curved models there (parabolic; other programs show such cages a little off)");
+        "curved models there (parabolic; other programs show such cages a little off); by default "
+        "as the cage's file says, else catmull-clark");
 }
 
 }  // namespace

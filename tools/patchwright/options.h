@@ -14,9 +14,9 @@
 namespace patchwright::cli {
 
 /// An option whose value is one of a few words.
-/// @param value  holds the default, whose word is shown in the help
-template <class Enum>
-CLI::Option* add_choice(CLI::App& command, const std::string& name, Enum& value,
+/// @param value  an Enum or an optional one; holds the default, whose word is shown in the help
+template <class Enum, class Value>
+CLI::Option* add_choice(CLI::App& command, const std::string& name, Value& value,
                         const std::vector<std::pair<std::string, Enum>>& words,
                         const std::string& help) {
     std::string standard, all;
@@ -86,7 +86,7 @@ struct FitArguments {
     std::string cage_unit = "mm";
     fit::RefinementScope refinement = fit::RefinementScope::Local;
     fit::Symmetry symmetry = fit::Symmetry::Detect;
-    mesh::CreaseRule crease_rule = mesh::CreaseRule::CatmullClark;
+    std::optional<mesh::CreaseRule> crease_rule;
     std::optional<int> max_levels;
     std::optional<double> time_limit_s;
 };

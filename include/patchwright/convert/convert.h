@@ -28,7 +28,7 @@ struct ConvertOptions {
     /// Of cages whose quads lie in strips; remeshed ones are always refined globally.
     fit::RefinementScope refinement = fit::RefinementScope::Local;
     fit::Symmetry symmetry = fit::Symmetry::Detect;
-    mesh::CreaseRule crease_rule = mesh::CreaseRule::CatmullClark;  ///< but for refits
+    std::optional<mesh::CreaseRule> crease_rule;  ///< see fit::FitOptions; refits keep the cage's
     std::optional<int> max_levels;  ///< of the fit; none: as the kind of cage asks for
     bool interpolate = false;       ///< see fit::FitOptions
     /// The cage was fitted to an earlier state of the model: it is carried over to this one and

@@ -57,7 +57,7 @@ struct FitOptions {
     Symmetry symmetry = Symmetry::Detect;
     /// How the surface is to end at creases; none: as the given cage says. See mesh::CreaseRule.
     /// ParabolicRunout is nearer to curved models there; other programs do not know it.
-    std::optional<mesh::CreaseRule> crease_rule = mesh::CreaseRule::CatmullClark;
+    std::optional<mesh::CreaseRule> crease_rule;
     /// In place of least squares: the limit points of all vertices lie on the reference, as many
     /// conditions as control points (collocation). One level; the tolerance is for FitResult only,
     /// and symmetry is not looked for. See fit().

@@ -23,10 +23,10 @@ enum class BoundaryRule {
 /// end at a corner. As end conditions of cubic splines.
 enum class CreaseRule {
     CatmullClark,  ///< natural: the second derivative along the line is zero at its end
-    /// The second derivative is constant along the line's last face, so that the surface keeps half
-    /// an order of approximation more and one in place of both are lost. Where the line has three
-    /// edges or more between creases and all faces are regular that the end acts on: two along the
-    /// line and two on either side of it; in meshes of quads only. Elsewhere as CatmullClark.
+    /// The second derivative is constant along the line's last face: a crease costs half an order
+    /// of approximation in the mean square, not one and a half. Where the line has three edges or
+    /// more between creases and all faces are regular that the end acts on: two along the line and
+    /// two on either side of it; in meshes of quads only. Elsewhere as CatmullClark.
     ParabolicRunout
 };
 

@@ -120,6 +120,7 @@ class LevelLoop {
               const FitOptions& options)
         : reference_(reference),
           options_(options),
+          crease_rule_(options.crease_rule.value_or(cage.topology->crease_rule())),
           points_(reverse_points(reference, options.reverse_samples)),
           now_{.cage = placed(cage, reference, options)} {}
 
@@ -139,9 +140,9 @@ class LevelLoop {
   private:
     void fit_level_now() {
         const auto start = std::chrono::steady_clock::now();
-        if (options_.crease_rule)
-            now_.cage.topology = std::make_shared<const mesh::Topology>(
-                now_.cage.topology->with(*options_.crease_rule));
+        // Refinement drops the rule where it did not act.
+        if (const mesh::Topology& t = *now_.cage.topology; t.crease_rule() != crease_rule_)
+            now_.cage.topology = std::make_shared<const mesh::Topology>(t.with(crease_rule_));
         FitOptions of_level = options_;
         if (now_.figures.local) of_level.solver.fairness *= local_fairness;
         LevelFit fitted =
@@ -213,6 +214,7 @@ class LevelLoop {
 
     const geom::ReferenceSurface& reference_;
     const FitOptions& options_;
+    mesh::CreaseRule crease_rule_;
     std::vector<geom::Vec3> points_;  // of the reference
     Level now_;
     std::optional<Level> kept_;  // the one to refine

@@ -58,7 +58,7 @@ def _options(**given: Any) -> dict[str, Any]:
             checked[name] = None if value is None else _rules(value)
         elif name in ("size_field", "sensor"):
             checked[name] = None if value is None else _checks.floats(value, name, 4)
-        elif name in ("hanging_nodes", "normal_tolerance"):
+        elif name in ("crease_rule", "hanging_nodes", "normal_tolerance"):
             checked[name] = None if value is None else _checks.text(value, name)
         else:
             checked[name] = _checks.texts(value, name) if name == "clusters" else _checks.text(value, name)
@@ -83,7 +83,7 @@ def _output(output: object, inputs: Sequence[object]) -> pathlib.Path:
 def convert(model: ModelLike, output: str | os.PathLike[str], *, cage: Cage | str | os.PathLike[str] | None = None,
             tolerance: Length = "1e-4rel", time_limit: float | None = 60.0, layout: str = "auto",
             target_faces: int | None = None, refine: str = "local", symmetry: str = "detect",
-            crease_rule: str = "catmull-clark", max_levels: int | None = None, samples: int = 20000, unit: str = "input", schema: str = "ap214",
+            crease_rule: str | None = None, max_levels: int | None = None, samples: int = 20000, unit: str = "input", schema: str = "ap214",
             continuity: str = "g1", patches: str = "charts", color: str = "none", cap_depth: int | None = None,
             normal_tolerance: str | None = None, progress: Progress = None, cancel: Event | None = None) -> Conversion:
     """Converts a model to a few smooth patches that form one solid, writes it and measures what was written.
@@ -108,7 +108,7 @@ def convert(model: ModelLike, output: str | os.PathLike[str], *, cage: Cage | st
 
 def fit(model: ModelLike, *, cage: Cage | str | os.PathLike[str] | None = None, tolerance: Length = "1e-4rel",
         time_limit: float | None = None, layout: str = "auto", target_faces: int | None = None, refine: str = "local",
-        symmetry: str = "detect", crease_rule: str = "catmull-clark", max_levels: int | None = None, interpolate: bool = False,
+        symmetry: str = "detect", crease_rule: str | None = None, max_levels: int | None = None, interpolate: bool = False,
         normal_tolerance: str | None = None, progress: Progress = None, cancel: Event | None = None) -> Fit:
     """Fits a cage, given or made, to a model: its limit surface then lies on the model. Options and errors: convert.
 
@@ -118,7 +118,7 @@ def fit(model: ModelLike, *, cage: Cage | str | os.PathLike[str] | None = None, 
     """
     options = _options(tolerance=tolerance, time_limit=time_limit, layout=layout, target_faces=target_faces, refine=refine,
                        symmetry=symmetry, crease_rule=crease_rule, max_levels=max_levels, interpolate=interpolate, normal_tolerance=normal_tolerance)
-    if interpolate and (refine != "local" or symmetry != "detect" or crease_rule != "catmull-clark" or max_levels is not None):
+    if interpolate and (refine != "local" or symmetry != "detect" or crease_rule is not None or max_levels is not None):
         raise UsageError("interpolate: does not go together with refine, symmetry, crease_rule and max_levels: the cage is not refined, "
                          "and no plane is kept")
     given = as_model(model, progress, cancel)
