@@ -26,10 +26,12 @@ cage::Poll poll;  // never stops
 
 /// Blocks along the lines of a field.
 struct Blocks {
-    explicit Blocks(geom::TriangleMesh triangles)
+    /// @param least_rel  of the diagonal: triangles' shortest sides, times two
+    explicit Blocks(geom::TriangleMesh triangles, double least_rel = 8e-3)
         : reference(std::move(triangles)), mesh(reference.surface_mesh(0.0)) {
         cage::RemeshOptions options;
         options.size.largest_rel = 0.08;
+        options.size.least_rel = least_rel;
         options.size.scale = 0.5;
         cage::remesh(mesh, reference, options, poll);
         cage::open_corners(mesh);
@@ -157,6 +159,29 @@ TEST_CASE("edges are as long as the surface bends in each direction", "[field][o
         }
     }
     CHECK(looked_at > 100);
+}
+
+TEST_CASE("edges along a rounding are long where triangles are as wide as it is", "[field]") {
+    // Sides of 1.6 mm on a radius of 1 mm: planes of triangles are tilted against the surface.
+    constexpr double height = 80.0;
+    const Blocks rod(test::triangle_cylinder(1.0, height, 64), 0.04);
+    const cage::MetricSizes sizes{.tolerance_rel = 1e-3, .largest_rel = 0.3};
+    const cage::SizeMetric metric(rod.layout, rod.reference, sizes, poll);
+    const double longest = sizes.largest_rel * rod.reference.bounds().diagonal();
+    int looked_at = 0;
+    for (std::size_t p = 0; p < rod.layout.pieces.size(); ++p) {
+        const cage::FlatPiece& piece = rod.layout.pieces[p];
+        for (std::size_t t = 0; t < piece.triangles().size(); ++t) {
+            double middle = 0.0;
+            for (const int v : piece.triangles()[t])
+                middle += piece.points()[std::size_t(v)].z() / 3;
+            // Edges grow by growth times the way from the lids' rims: by 20 mm to what is longest.
+            if (std::abs(middle - 0.5 * height) > 0.1 * height) continue;
+            CHECK(metric.length({int(p), int(t)}, longest * Vec3::UnitZ()) < 2.0);
+            ++looked_at;
+        }
+    }
+    CHECK(looked_at > 20);
 }
 
 cage::LayoutBlock block(std::array<std::vector<int>, 4> sides) {

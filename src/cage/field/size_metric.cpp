@@ -12,6 +12,7 @@
 #include <cmath>
 #include <deque>
 #include <map>
+#include <optional>
 #include <set>
 #include <tuple>
 
@@ -23,8 +24,8 @@ using geom::Vec3;
 
 namespace {
 
-// By how much a length may grow per length of way, and how much longer than wide quads may be.
-constexpr double growth = 0.6, most_stretched = 8.0;
+// By how much a length may grow per length of way.
+constexpr double growth = 0.6;
 // Of the tolerance: shortest edge. What bends within less is flat to the tolerance.
 constexpr double shortest_tolerances = 4.0;
 // Steps along each line through a block, and where lines are taken, as shares of its width.
@@ -57,10 +58,21 @@ EdgeKey edge_key(const Vec3& a, const Vec3& b) { return std::minmax(key_of(a), k
 struct Cell {
     PieceTriangle place;
     Vec3 middle;
-    Eigen::Matrix<double, 3, 2> axes;  ///< unit vectors of its plane
+    Vec3 normal;                       ///< of the surface there
+    Eigen::Matrix<double, 3, 2> axes;  ///< unit vectors at right angles to it
     Matrix2d metric;                   ///< along these
     std::vector<int> next;             ///< cells beside it, but across features
 };
+
+double largest(const Matrix2d& m) {
+    return 0.5 * m.trace() + std::hypot(0.5 * (m(0, 0) - m(1, 1)), m(0, 1));
+}
+
+/// Of any way from a cell: what leaves its tangent plane goes around a bend, where edges are short.
+Eigen::Matrix3d in_space(const Cell& cell) {
+    return cell.axes * cell.metric * cell.axes.transpose() +
+           largest(cell.metric) * cell.normal * cell.normal.transpose();
+}
 
 class Builder {
   public:
@@ -83,32 +95,35 @@ class Builder {
                 const auto& c = piece.triangles()[t];
                 const Vec3 &a = piece.points()[at(c[0])], &b = piece.points()[at(c[1])],
                            &d = piece.points()[at(c[2])];
-                Cell cell{{int(p), int(t)}, (a + b + d) / 3.0, {}, Matrix2d::Zero(), {}};
                 const Vec3 normal = (b - a).cross(d - a).normalized();
-                cell.axes.col(0) = (b - a).normalized();
-                cell.axes.col(1) = normal.cross(cell.axes.col(0));
-                set_metric(cell, normal);
+                Cell cell{{int(p), int(t)}, (a + b + d) / 3.0, normal, {}, Matrix2d::Zero(), {}};
+                set_metric(cell);
                 cells_.push_back(std::move(cell));
             }
         }
     }
 
-    void set_metric(Cell& cell, const Vec3& normal) const {
+    /// By the surface and not by the triangle: where it bends within a triangle's size, the
+    /// directions of long edges would be off by so much that they became short.
+    void set_metric(Cell& cell) const {
         const double diagonal = reference_.bounds().diagonal();
-        const double longest = edge_length(0.0, diagonal, sizes_);
-        cell.metric = Matrix2d::Identity() / (longest * longest);
-        if (!(normal.norm() > 0.5)) return;  // no area
-        const auto bend = reference_.curvature(reference_.foot_point(cell.middle, normal));
-        if (!bend) return;
-        std::array<double, 2> length;
-        for (std::size_t j = 0; j < 2; ++j)
-            length[j] = edge_length(std::abs(bend->value[j]), diagonal, sizes_);
-        const double most = most_stretched * std::min(length[0], length[1]);
-        cell.metric.setZero();
-        for (std::size_t j = 0; j < 2; ++j) {
-            const double l = std::min(length[j], most);
-            const Eigen::Vector2d along = (cell.axes.transpose() * bend->direction[j]).normalized();
-            cell.metric += along * along.transpose() / (l * l);
+        std::optional<geom::Curvature> bend;
+        if (cell.normal.norm() > 0.5)
+            bend = reference_.curvature(reference_.foot_point(cell.middle, cell.normal));
+        else
+            cell.normal = Vec3::UnitZ();  // of no area
+        if (bend) {
+            const Vec3 normal = bend->direction[0].cross(bend->direction[1]);
+            cell.normal = std::copysign(1.0, normal.dot(cell.normal)) * normal;
+            cell.axes << bend->direction[0], bend->direction[1];
+        } else {
+            cell.axes.col(0) = cell.normal.unitOrthogonal();
+            cell.axes.col(1) = cell.normal.cross(cell.axes.col(0));
+        }
+        for (int j = 0; j < 2; ++j) {
+            const double length =
+                edge_length(bend ? std::abs(bend->value[at(j)]) : 0.0, diagonal, sizes_);
+            cell.metric(j, j) = 1.0 / (length * length);
         }
     }
 
@@ -134,16 +149,13 @@ class Builder {
         }
     }
 
-    static double largest(const Matrix2d& m) {
-        return 0.5 * m.trace() + std::hypot(0.5 * (m(0, 0) - m(1, 1)), m(0, 1));
-    }
-
     /// Raises `to` to the metric of `from`, grown along the way between them; true where it rose.
     static bool raise(const Cell& from, Cell& to) {
-        const Eigen::Vector2d way = from.axes.transpose() * (to.middle - from.middle);
-        const double length = std::sqrt(way.dot(from.metric * way));
+        const Vec3 way = to.middle - from.middle;
+        const double length = std::sqrt(way.dot(in_space(from) * way));
         const double shrink = 1.0 / (1.0 + growth * length);
-        const Matrix2d turn = to.axes.transpose() * from.axes;
+        const auto rolled = Eigen::Quaterniond::FromTwoVectors(from.normal, to.normal);
+        const Matrix2d turn = to.axes.transpose() * rolled.toRotationMatrix() * from.axes;
         const Matrix2d carried = shrink * shrink * turn * from.metric * turn.transpose();
         // In the frame in which the own metric is the unit matrix.
         const Eigen::LLT<Matrix2d> own(to.metric);
@@ -267,7 +279,7 @@ SizeMetric::SizeMetric(const QuadLayout& layout, const geom::ModelSurface& refer
     const Builder builder(layout, reference, sizes, poll);
     metric_.resize(layout.pieces.size());
     for (const Cell& cell : builder.cells())
-        metric_[at(cell.place.piece)].push_back(cell.axes * cell.metric * cell.axes.transpose());
+        metric_[at(cell.place.piece)].push_back(in_space(cell));
 }
 
 double SizeMetric::product(const PieceTriangle& t, const Vec3& a, const Vec3& b) const {
