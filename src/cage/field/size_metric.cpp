@@ -24,8 +24,9 @@ using geom::Vec3;
 
 namespace {
 
-// By how much a length may grow per length of way.
-constexpr double growth = 0.6;
+// By how much a length may grow per length of way, and how much longer than wide quads may be:
+// curvature is looked at in single places, and longer quads miss where it changes along them.
+constexpr double growth = 0.6, most_stretched = 24.0;
 // Of the tolerance: shortest edge. What bends within less is flat to the tolerance.
 constexpr double shortest_tolerances = 4.0;
 // Steps along each line through a block, and where lines are taken, as shares of its width.
@@ -120,11 +121,11 @@ class Builder {
             cell.axes.col(0) = cell.normal.unitOrthogonal();
             cell.axes.col(1) = cell.normal.cross(cell.axes.col(0));
         }
-        for (int j = 0; j < 2; ++j) {
-            const double length =
-                edge_length(bend ? std::abs(bend->value[at(j)]) : 0.0, diagonal, sizes_);
-            cell.metric(j, j) = 1.0 / (length * length);
-        }
+        Eigen::Array2d length;
+        for (int j = 0; j < 2; ++j)
+            length[j] = edge_length(bend ? std::abs(bend->value[at(j)]) : 0.0, diagonal, sizes_);
+        length = length.min(most_stretched * length.minCoeff());
+        cell.metric = length.square().inverse().matrix().asDiagonal();
     }
 
     void join() {
