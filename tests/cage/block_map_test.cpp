@@ -175,7 +175,7 @@ TEST_CASE("edges along a rounding are long where triangles are as wide as it is"
             double middle = 0.0;
             for (const int v : piece.triangles()[t])
                 middle += piece.points()[std::size_t(v)].z() / 3;
-            // Edges grow by growth times the way from the lids' rims: by 20 mm to what is longest.
+            // Edges grow from the lids' rims on.
             if (std::abs(middle - 0.5 * height) > 0.1 * height) continue;
             CHECK(metric.length({int(p), int(t)}, longest * Vec3::UnitZ()) < 2.0);
             ++looked_at;

@@ -25,8 +25,9 @@ struct PieceTriangle {
 };
 
 /// A Riemannian metric on the triangles of a layout's pieces, in which an edge of the wanted length
-/// has length 1: by the principal curvatures, no edge shorter than a few tolerances, graded from
-/// triangle to triangle but not across features.
+/// has length 1: by the principal curvatures of the surface there, no edge shorter than a few
+/// tolerances, graded from triangle to triangle but not across features. Along the surface's normal
+/// edges are as short as the shortest: a triangle may leave the tangent plane.
 /// Source: Alauzet, Size gradation control of anisotropic meshes (2010), for the grading.
 class SizeMetric {
   public:
