@@ -125,6 +125,30 @@ geom::TriangleMesh tube_with_notch(double radius, double tip) {
     return mesh;
 }
 
+/// Two flat pyramids on one square, whose corners are rounded within less than a triangle.
+geom::TriangleMesh pillow(double half, double radius, double height) {
+    constexpr int steps = 6;
+    geom::TriangleMesh mesh;
+    constexpr int n = 4 * (steps + 1);
+    mesh.points.resize(n + 2, 3);
+    for (int q = 0; q < 4; ++q)
+        for (int k = 0; k <= steps; ++k) {
+            const double angle = 0.5 * M_PI * (q + double(k) / steps);
+            const double x = (q == 0 || q == 3 ? 1.0 : -1.0) * (half - radius),
+                         y = (q < 2 ? 1.0 : -1.0) * (half - radius);
+            mesh.points.row(q * (steps + 1) + k) << x + radius * std::cos(angle),
+                y + radius * std::sin(angle), 0.0;
+        }
+    mesh.points.row(n) << 0, 0, height;
+    mesh.points.row(n + 1) << 0, 0, -height;
+    for (int i = 0; i < n; ++i) {
+        mesh.triangles.push_back({i, (i + 1) % n, n});
+        mesh.triangles.push_back({(i + 1) % n, i, n + 1});
+    }
+    mesh.part.assign(mesh.triangles.size(), -1);
+    return mesh;
+}
+
 geom::TriangleMesh turned(geom::TriangleMesh mesh) {
     const Eigen::Matrix3d turn = (Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()) *
                                   Eigen::AngleAxisd(1.9, Vec3::UnitZ()))
@@ -220,6 +244,22 @@ TEST_CASE("a turned shape has as many singularities", "[field]") {
     for (const auto& shape : {plate_with_hole(), test::triangle_sphere(10.0, around)})
         CHECK(Field(shape).topology.singularities.size() ==
               Field(turned(shape)).topology.singularities.size());
+}
+
+TEST_CASE("where a rim turns sharply no two quads share two edges", "[field]") {
+    // Seen from above and from below there is room for one quad at each corner of the square; the
+    // rim is smooth there, so that two quads would fold along it.
+    const Field made(pillow(10.0, 0.2, 6.0));
+    std::map<int, std::vector<int>> quads;
+    for (const cage::FieldSector& s : made.topology.sectors) quads[s.vertex].push_back(s.quads);
+    int turns = 0;
+    for (auto& [v, sectors] : quads) {
+        if (sectors.size() != 2 || made.mesh.corner(v) >= 0) continue;
+        std::sort(sectors.begin(), sectors.end());
+        CHECK(sectors[1] > 1);
+        turns += sectors[0] == 1 ? 1 : 0;
+    }
+    CHECK(turns == 4);
 }
 
 TEST_CASE("a field that cannot be one of quads is named", "[field]") {

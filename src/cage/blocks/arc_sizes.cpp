@@ -2,6 +2,7 @@
 
 #include "cage/remesh/size_field.h"
 #include "geom/angle.h"
+#include "geom/polyline.h"
 
 #include <patchwright/base/numbers.h>
 
@@ -10,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <utility>
 
 namespace patchwright::cage {
 
@@ -22,9 +24,13 @@ namespace {
 constexpr std::array line_shares{0.1, 0.25, 0.4, 0.5, 0.6, 0.75, 0.9};
 // Steps along each of them.
 constexpr int line_steps = 32;
-// Fewest edges of an arc that ends where it starts, and of several between the same two nodes:
-// quads on both sides would share two edges.
+// Fewest edges of an arc that ends where it starts, and of several between the same two nodes but
+// for the shortest of these: quads on both sides would share two edges.
 constexpr int fewest_of_loop = 4, fewest_of_parallel = 2;
+
+double length_of(const LayoutArc& arc) {
+    return arc.points.empty() ? 0.0 : geom::arc_lengths(arc.points).back();
+}
 
 /// Edges a millimetre where a line bends by `bend` radians a millimetre.
 double density(double bend, double diagonal, const ArcSizes& sizes) {
@@ -90,13 +96,19 @@ void raise(QuadLayout& layout, const LayoutBlock& block, int side, double edges)
 }  // namespace
 
 void set_least(QuadLayout& layout) {
-    std::map<std::pair<int, int>, int> pairs;
-    for (const LayoutArc& arc : layout.arcs) ++pairs[std::minmax(arc.start, arc.end)];
+    std::map<std::pair<int, int>, LayoutArc*> shortest;
     for (LayoutArc& arc : layout.arcs) {
-        if (arc.start == arc.end)
+        if (arc.start == arc.end) {
             arc.least = fewest_of_loop;
-        else if (pairs[std::minmax(arc.start, arc.end)] > 1)
-            arc.least = fewest_of_parallel;
+            continue;
+        }
+        LayoutArc*& first = shortest[std::minmax(arc.start, arc.end)];
+        if (first == nullptr) {
+            first = &arc;
+            continue;
+        }
+        LayoutArc& longer = length_of(arc) < length_of(*first) ? *std::exchange(first, &arc) : arc;
+        longer.least = fewest_of_parallel;
     }
 }
 

@@ -15,7 +15,8 @@ struct ArcSizes {
     double scale = 1.0;           ///< times all lengths
 };
 
-/// Sets LayoutArc::least: loops and arcs between the same two nodes need several edges.
+/// Raises LayoutArc::least: loops need several edges, and so do arcs between the same two nodes but
+/// for the shortest one.
 void set_least(QuadLayout& layout);
 
 /// Sets LayoutArc::wanted and LayoutArc::least: by length and curvature of the arcs and of lines

@@ -1,18 +1,14 @@
 #include "cage/blocks/block_grid.h"
 
+#include "cage/blocks/folded_quads.h"
 #include "cage/blocks/line_shares.h"
-#include "cage/blocks/shape_quads.h"
 #include "cage/blocks/untangle.h"
-#include "cage/field/block_map.h"
 
 #include <patchwright/base/numbers.h>
-
-#include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 namespace patchwright::cage {
 
@@ -21,27 +17,21 @@ using geom::Vec3;
 
 namespace {
 
-// Share of quads that fold: above the first one moving points opens some of them only and is not
-// worth its time, nor are finer edges; above the second one, after it, other ways are not tried.
-constexpr double most_folded = 0.04, most_left = 0.01;
+// Share of quads that fold above which, after points were moved, other ways are not tried.
+constexpr double most_left = 0.01;
 // Rounds in which points are evened out, and their share of the way to their neighbours' middle.
 constexpr int evening_rounds = 12;
 constexpr double evening_share = 0.5;
 // Least sine of a point's angles (24 degrees) that evening out may leave where there was more.
 constexpr double good_enough = 0.4;
-// A corner with a smaller sine counts as concave (1 degree); one may be, up to 210 degrees: the fit
-// makes that good.
-constexpr double least_convex = 0.02, most_concave = -0.5;
 
 class Gridder {
   public:
     Gridder(const QuadLayout& layout, const Divisions& divisions,
-            const geom::ModelSurface& reference, Poll& poll, const SizeMetric* metric)
-        : layout_(layout), divisions_(divisions), reference_(reference), poll_(poll) {
-        if (metric != nullptr) map_.emplace(layout, divisions, *metric, poll);
-    }
+            const geom::ModelSurface& reference, Poll& poll)
+        : layout_(layout), divisions_(divisions), reference_(reference), poll_(poll) {}
 
-    Blocks make(const std::vector<std::string>& names) {
+    Blocks make() {
         for (const LayoutNode& node : layout_.nodes) {
             if (node.corner) blocks_.corners.push_back(int(blocks_.points.size()));
             add_point(node.point, {!node.held, node.curve});
@@ -49,16 +39,7 @@ class Gridder {
         for (std::size_t a = 0; a < layout_.arcs.size(); ++a) add_arc(int(a), divisions_.edges[a]);
         for (std::size_t b = 0; b < layout_.blocks.size(); ++b)
             add_block(layout_.blocks[b], divisions_.insertions[b]);
-        if (map_)
-            shape_quads({blocks_.faces, freedom_, blocks_.creases, normals_}, blocks_.points,
-                        reference_, poll_);
-        else
-            open_folds();
-        check();
-        for (std::size_t f = 0; f < blocks_.faces.size(); ++f) {
-            const geom::FootPoint foot = reference_.foot_point(middle(f), area(f).normalized());
-            blocks_.groups.push_back(names[at(std::max(foot.face, 0))]);
-        }
+        open_folds();
         return std::move(blocks_);
     }
 
@@ -72,9 +53,9 @@ class Gridder {
         };
         const std::vector<Vec3> before = blocks_.points;
         std::vector<Vec3> best = before;
-        std::size_t least = folded().size();
+        std::size_t least = folded_quads(blocks_, reference_, poll_).size();
         const auto count_and_keep = [&] {
-            const std::size_t count = folded().size();
+            const std::size_t count = folded_quads(blocks_, reference_, poll_).size();
             if (count <= least) {
                 least = count;
                 best = blocks_.points;
@@ -103,27 +84,12 @@ class Gridder {
         return reference_.foot_point(place.point, place.normal).point;
     }
 
-    void move_node(int number, const Vec3& p) {
-        const LayoutNode& node = layout_.nodes[at(number)];
-        if (node.corner) return;
-        if (node.held && node.curve < 0) return;
-        blocks_.points[at(number)] = node.curve >= 0
-                                         ? reference_.nearest_on_curve(node.curve, p).point
-                                         : reference_.foot_point(p).point;
-    }
-
     void add_arc(int number, int count) {
         const LayoutArc& arc = layout_.arcs[at(number)];
         std::vector<int> line{arc.start};
         const std::vector<double> shares =
             arc.piece >= 0 ? even_shares(count) : graded_shares(arc.points, count);
-        const bool mapped = map_ && arc.piece < 0;
-        const std::vector<Vec3> points =
-            mapped ? map_->along(number) : resampled(arc.points, shares);
-        if (mapped) {
-            move_node(arc.start, points.front());
-            move_node(arc.end, points.back());
-        }
+        const std::vector<Vec3> points = resampled(arc.points, shares);
         for (int k = 1; k < count; ++k) {
             const Vec3 p =
                 arc.curve >= 0 ? reference_.nearest_on_curve(arc.curve, points[at(k)]).point
@@ -136,7 +102,7 @@ class Gridder {
         for (int k = 0; k < count && arc.crease; ++k)
             blocks_.creases.emplace_back(line[at(k)], line[at(k + 1)]);
         lines_.push_back(std::move(line));
-        shares_.push_back(mapped ? shares_of(points) : shares);
+        shares_.push_back(shares);
     }
 
     /// A vertex and where it is on the flat piece.
@@ -171,7 +137,6 @@ class Gridder {
 
     void add_block(const LayoutBlock& block, const Valence3Insertion& insertion) {
         piece_ = block.piece;
-        block_ = int(&block - layout_.blocks.data());
         std::array<Line, 4> sides;
         for (int k = 0; k < 4; ++k) {
             const int s = (insertion.side + k) % 4;
@@ -248,48 +213,19 @@ class Gridder {
                 const double du = st[at(i)] - sb[at(i)], dv = sr[at(j)] - sl[at(j)];
                 const double u = (sb[at(i)] + sl[at(j)] * du) / (1.0 - du * dv);
                 const double w = sl[at(j)] + u * dv;
-                if (map_ && map_->has(block_)) {
-                    const FlatPiece::SurfacePoint place = map_->point(block_, Vec2(i, j));
-                    v = add_point(reference_.foot_point(place.point, place.normal).point, {});
-                } else {
-                    v = add_point(on_piece(piece_, flat(u, w)), {});
-                }
+                v = add_point(on_piece(piece_, flat(u, w)), {});
             }
         }
         for (int j = 0; j < n; ++j)
-            for (int i = 0; i < m; ++i) {
+            for (int i = 0; i < m; ++i)
                 blocks_.faces.push_back({grid[at(j)][at(i)], grid[at(j)][at(i + 1)],
                                          grid[at(j + 1)][at(i + 1)], grid[at(j + 1)][at(i)]});
-                const Vec2 u(i + 0.5, j + 0.5);
-                normals_.push_back(
-                    map_ && map_->has(block_)
-                        ? map_->point(block_, u).normal
-                        : layout_.pieces[at(piece_)].at(flat(u.x() / m, u.y() / n)).normal);
-            }
     }
 
     static std::vector<double> shares(const Line& line) {
         std::vector<Vec3> points;
         for (const GridSpot& s : line) points.emplace_back(s.flat.x(), s.flat.y(), 0.0);
         return shares_of(points);
-    }
-
-    [[nodiscard]] Vec3 point(std::size_t face, int k) const {
-        return blocks_.points[at(blocks_.faces[face][at((k + 4) % 4)])];
-    }
-    [[nodiscard]] Vec3 area(std::size_t f) const {
-        return 0.5 * (point(f, 2) - point(f, 0)).cross(point(f, 3) - point(f, 1));
-    }
-    [[nodiscard]] Vec3 middle(std::size_t f) const {
-        return 0.25 * (point(f, 0) + point(f, 1) + point(f, 2) + point(f, 3));
-    }
-
-    [[nodiscard]] double least_sine(std::size_t f) const {
-        const Vec3 normal = area(f).normalized();
-        double least = 1.0;
-        for (int k = 0; k < 4; ++k)
-            least = std::min(least, corner_sine(blocks_.points, blocks_.faces[f], k, normal));
-        return least;
     }
 
     /// Moves points between their neighbours as long as no quad becomes too sharp by it.
@@ -305,13 +241,13 @@ class Gridder {
         }
         const auto worst = [&](std::size_t v) {
             double least = 1.0;
-            for (const std::size_t f : faces[v]) least = std::min(least, least_sine(f));
+            for (const std::size_t f : faces[v]) least = std::min(least, least_sine(blocks_, f));
             return least;
         };
         std::vector<Vec3> up(blocks_.points.size());
         for (std::size_t v = 0; v < freedom_.size(); ++v) {
             Vec3 normal = Vec3::Zero();
-            for (const std::size_t f : faces[v]) normal += area(f);
+            for (const std::size_t f : faces[v]) normal += quad_area(blocks_, f);
             normal.normalize();
             up[v] = (normal.norm() > 0.5 ? reference_.foot_point(blocks_.points[v], normal)
                                          : reference_.foot_point(blocks_.points[v]))
@@ -337,45 +273,12 @@ class Gridder {
         }
     }
 
-    /// Quads must face as the model does and may be concave a little, at one corner: the fit makes
-    /// that good. What has two such corners is folded.
-    [[nodiscard]] bool folds(std::size_t f) const {
-        poll_();
-        const Vec3 normal = area(f).normalized();
-        int concave = 0;
-        for (int k = 0; k < 4; ++k)
-            concave += corner_sine(blocks_.points, blocks_.faces[f], k, normal) < least_convex;
-        return concave > 1 || least_sine(f) < most_concave ||
-               reference_.foot_point(middle(f), normal).normal.dot(normal) <= 0.0;
-    }
-
-    [[nodiscard]] std::vector<std::size_t> folded() const {
-        std::vector<std::size_t> result;
-        for (std::size_t f = 0; f < blocks_.faces.size(); ++f)
-            if (folds(f)) result.push_back(f);
-        return result;
-    }
-
-    void check() const {
-        const auto bad = folded();
-        if (bad.empty()) return;
-        const Vec3 first = middle(bad[0]);
-        const bool many = double(bad.size()) > most_folded * double(blocks_.faces.size());
-        throw LayoutRefused{
-            fmt::format("{} of {} quads fold, one near ({:.4g}, {:.4g}, {:.4g})", bad.size(),
-                        blocks_.faces.size(), first.x(), first.y(), first.z()),
-            map_ && many};
-    }
-
     const QuadLayout& layout_;
     const Divisions& divisions_;
     const geom::ModelSurface& reference_;
     Poll& poll_;
-    std::optional<BlockMap> map_;
-    int block_ = -1;
     Blocks blocks_;
     std::vector<Freedom> freedom_;
-    std::vector<Vec3> normals_;                ///< of the model, one a face
     std::vector<std::vector<int>> lines_;      ///< points of each arc
     std::vector<std::vector<double>> shares_;  ///< and where on it they are, 0 to 1
     int piece_ = -1;                           ///< of the block at hand
@@ -385,8 +288,9 @@ class Gridder {
 
 Blocks block_grid(const QuadLayout& layout, const Divisions& divisions,
                   const geom::ModelSurface& reference, const std::vector<std::string>& face_names,
-                  Poll& poll, const SizeMetric* metric) {
-    return Gridder(layout, divisions, reference, poll, metric).make(face_names);
+                  Poll& poll) {
+    return checked(Gridder(layout, divisions, reference, poll).make(), reference, face_names, false,
+                   poll);
 }
 
 }  // namespace patchwright::cage

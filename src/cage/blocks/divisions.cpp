@@ -41,14 +41,21 @@ constexpr double cost_of_arc = 0.5;
 
 class Divider {
   public:
-    Divider(const QuadLayout& layout, Poll& poll, Deviation deviation)
+    Divider(const QuadLayout& layout, Poll& poll, Deviation deviation,
+            std::optional<Divisions> start)
         : layout_(layout),
           poll_(poll),
           deviation_(deviation),
           uses_(layout.arcs.size()),
           corner_side_(layout.blocks.size(), -1) {
-        result_.edges.assign(layout.arcs.size(), 0);
-        result_.insertions.resize(layout.blocks.size());
+        if (start) {
+            result_ = std::move(*start);
+        } else {
+            result_.edges.assign(layout.arcs.size(), 0);
+            result_.insertions.resize(layout.blocks.size());
+        }
+        for (std::size_t b = 0; b < layout.blocks.size(); ++b)
+            if (result_.insertions[b].count > 0) corner_side_[b] = result_.insertions[b].side;
         for (std::size_t b = 0; b < layout.blocks.size(); ++b)
             for (int s = 0; s < 4; ++s)
                 for (const ArcUse& use : layout.blocks[b].sides[at(s)])
@@ -263,8 +270,9 @@ class Divider {
 
 }  // namespace
 
-Divisions divide_arcs(const QuadLayout& layout, Poll& poll, Deviation deviation) {
-    return Divider(layout, poll, deviation).divide();
+Divisions divide_arcs(const QuadLayout& layout, Poll& poll, Deviation deviation,
+                      std::optional<Divisions> start) {
+    return Divider(layout, poll, deviation, std::move(start)).divide();
 }
 
 }  // namespace patchwright::cage

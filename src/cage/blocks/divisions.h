@@ -5,6 +5,8 @@
 #include "cage/blocks/division_costs.h"
 #include "cage/poll.h"
 
+#include <optional>
+
 namespace patchwright::cage {
 
 /// A vertex of valence 3 in a block, made by strips of quads that enter the block by one side and
@@ -28,7 +30,9 @@ struct Divisions {
 /// much and is made where it must be. Source: strips as in Heistermann, Warnett and Bommes,
 /// Min-deviation-flow in bi-directed graphs for T-mesh quantization (2023), who find the best ones.
 /// @throw LayoutRefused when no strip can cross an arc
+/// @param start  valid but for arcs that have less than they must; without one there are no edges
 Divisions divide_arcs(const QuadLayout& layout, Poll& poll,
-                      Deviation deviation = Deviation::Squared);
+                      Deviation deviation = Deviation::Squared,
+                      std::optional<Divisions> start = std::nullopt);
 
 }  // namespace patchwright::cage

@@ -24,6 +24,8 @@ class FlatPiece {
 
     [[nodiscard]] const std::vector<geom::Vec3>& points() const { return points_; }
     [[nodiscard]] const std::vector<std::array<int, 3>>& triangles() const { return triangles_; }
+    /// Where the points go.
+    [[nodiscard]] const std::vector<Vec2>& flat() const { return flat_; }
 
     struct SurfacePoint {
         geom::Vec3 point, normal;

@@ -9,16 +9,6 @@ using geom::Vec3;
 
 namespace {
 
-FlatSide reversed(const FlatSide& side) {
-    FlatSide result;
-    for (std::size_t i = side.arcs.size(); i-- > 0;) {
-        result.arcs.push_back({side.arcs[i].arc, !side.arcs[i].reversed});
-        result.flat.push_back(i + 1 < side.flat.size() ? side.flat[i + 1] : side.end);
-    }
-    result.end = side.flat.front();
-    return result;
-}
-
 // Where the inner nodes of a lens, a drop and a disc are, as shares of the way from the middle of
 // the flat piece to its border: so that all blocks of a template have about the same size there.
 constexpr double lens_share = 0.4, drop_share = 0.45, disc_share = 0.5;
@@ -169,6 +159,16 @@ class Templates {
 };
 
 }  // namespace
+
+FlatSide reversed(const FlatSide& side) {
+    FlatSide result;
+    for (std::size_t i = side.arcs.size(); i-- > 0;) {
+        result.arcs.push_back({side.arcs[i].arc, !side.arcs[i].reversed});
+        result.flat.push_back(i + 1 < side.flat.size() ? side.flat[i + 1] : side.end);
+    }
+    result.end = side.flat.front();
+    return result;
+}
 
 void add_piece_blocks(QuadLayout& layout, const geom::ModelSurface& reference, PieceForm form,
                       const FlatBorder& border) {

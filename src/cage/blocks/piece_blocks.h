@@ -13,6 +13,9 @@ struct FlatSide {
     Vec2 end = Vec2::Zero();
 };
 
+/// From its end to its beginning.
+FlatSide reversed(const FlatSide& side);
+
 /// The border of a piece from stop to stop: its corners, and where templates need points.
 struct FlatBorder {
     std::vector<FlatSide> sides;

@@ -36,7 +36,6 @@ void BlockFrames::find_places() {
     places_.resize(layout_.arcs.size());
     for (std::size_t b = 0; b < layout_.blocks.size(); ++b) {
         const LayoutBlock& block = layout_.blocks[b];
-        mapped_.push_back(block.first_point && divisions_.insertions[b].count == 0 ? 1 : 0);
         std::array<int, 4> total{};
         for (int s = 0; s < 4; ++s) {
             for (std::size_t i = 0; i < block.sides[at(s)].size(); ++i) {
@@ -50,11 +49,8 @@ void BlockFrames::find_places() {
 }
 
 void BlockFrames::find_rigid() {
-    for (std::size_t a = 0; a < layout_.arcs.size(); ++a) {
-        bool rigid = layout_.arcs[a].curve >= 0 || places_[a].size() != 2;
-        for (const ArcPlace& u : places_[a]) rigid = rigid || !mapped(u.block);
-        rigid_.push_back(rigid ? 1 : 0);
-    }
+    for (std::size_t a = 0; a < layout_.arcs.size(); ++a)
+        rigid_.push_back(layout_.arcs[a].curve >= 0 || places_[a].size() != 2 ? 1 : 0);
 }
 
 Vec2 BlockFrames::origin(int arc, const ArcPlace& u) const {
@@ -87,18 +83,11 @@ int BlockFrames::node_before(const ArcPlace& u) const {
 void BlockFrames::find_nodes() {
     freedom_.resize(layout_.nodes.size());
     std::vector<std::vector<ArcPlace>> at_node(layout_.nodes.size());
-    std::vector<char> stays(layout_.nodes.size(), 0);
-    for (std::size_t a = 0; a < places_.size(); ++a) {
-        for (const ArcPlace& u : places_[a]) {
-            at_node[at(node_before(u))].push_back(u);
-            if (mapped(u.block)) continue;
-            stays[at(layout_.arcs[a].start)] = 1;
-            stays[at(layout_.arcs[a].end)] = 1;
-        }
-    }
+    for (const auto& places : places_)
+        for (const ArcPlace& u : places) at_node[at(node_before(u))].push_back(u);
     for (std::size_t v = 0; v < at_node.size(); ++v) {
         const LayoutNode& node = layout_.nodes[v];
-        if (stays[v] != 0 || node.corner || at_node[v].empty()) continue;
+        if (node.corner || at_node[v].empty()) continue;
         if (node.held && node.curve < 0) continue;
         freedom_[v].free = free_of(int(v), at_node[v]);
     }

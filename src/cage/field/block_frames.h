@@ -34,11 +34,10 @@ Vec2 turned(const Vec2& v, int quarters);
 /// every arc a frame: along it from its start, and to its left.
 class BlockFrames {
   public:
+    /// @pre every block is a whole piece, and its opposite sides have equal numbers of edges
     BlockFrames(const QuadLayout& layout, const Divisions& divisions);
 
-    /// Whether a block has coordinates: it is a whole piece and has no valence-3 insertion.
-    [[nodiscard]] bool mapped(int block) const { return mapped_[std::size_t(block)] != 0; }
-    /// Whether an arc is a line of the coordinates: a feature, or beside a block without any.
+    /// Whether an arc is a line of the coordinates: a feature.
     [[nodiscard]] bool rigid(int arc) const { return rigid_[std::size_t(arc)] != 0; }
     [[nodiscard]] const std::vector<ArcPlace>& places(int arc) const {
         return places_[std::size_t(arc)];
@@ -61,7 +60,7 @@ class BlockFrames {
     const QuadLayout& layout_;
     const Divisions& divisions_;
     std::vector<std::vector<ArcPlace>> places_;
-    std::vector<char> mapped_, rigid_;
+    std::vector<char> rigid_;
     std::vector<Vec2> size_;
     std::vector<NodeFreedom> freedom_;
 };

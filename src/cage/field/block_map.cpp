@@ -43,8 +43,6 @@ class BlockMap::Solver {
         solve();
     }
 
-    [[nodiscard]] bool has(int b) const { return frames_.mapped(b); }
-
     [[nodiscard]] FlatPiece::SurfacePoint locate(int block, Vec2 p) const {
         // The nearest triangle of the block, and from there across arcs.
         Triangle here{block, 0};
@@ -71,10 +69,8 @@ class BlockMap::Solver {
     }
 
     [[nodiscard]] std::vector<Vec3> along(int a) const {
-        const LayoutArc& arc = layout_.arcs[at(a)];
         const int n = divisions_.edges[at(a)];
         std::vector<Vec3> result;
-        if (arc.piece >= 0) return result;
         for (int k = 0; k <= n; ++k)
             result.push_back(frames_.rigid(a) ? on_line(a, double(k)) : on_surface(a, double(k)));
         return result;
@@ -97,14 +93,12 @@ class BlockMap::Solver {
         }
         for (std::size_t a = 0; a < layout_.arcs.size(); ++a) {
             first_of_arc_.push_back(unknowns_);
-            if (layout_.arcs[a].piece < 0)
-                unknowns_ +=
-                    held(int(a)) ? 0 : (last_point(int(a)) - 1) * (frames_.rigid(int(a)) ? 1 : 2);
+            if (held(int(a))) continue;
+            unknowns_ += (last_point(int(a)) - 1) * (frames_.rigid(int(a)) ? 1 : 2);
         }
         for (std::size_t b = 0; b < layout_.blocks.size(); ++b) {
             first_of_block_.push_back(unknowns_);
-            if (frames_.mapped(int(b)))
-                unknowns_ += 2 * (int(piece(int(b)).points().size()) - border_count(int(b)));
+            unknowns_ += 2 * (int(piece(int(b)).points().size()) - border_count(int(b)));
         }
     }
 
@@ -187,8 +181,7 @@ class BlockMap::Solver {
         } else {
             right_ = Eigen::VectorXd::Zero(unknowns_);
             for (std::size_t a = 0; a < layout_.arcs.size(); ++a) add_arc(int(a));
-            for (std::size_t b = 0; b < layout_.blocks.size(); ++b)
-                if (frames_.mapped(int(b))) add_block(int(b));
+            for (std::size_t b = 0; b < layout_.blocks.size(); ++b) add_block(int(b));
             poll_();
             Eigen::SparseMatrix<double> matrix(unknowns_, unknowns_);
             matrix.setFromTriplets(entries_.begin(), entries_.end());
@@ -200,7 +193,6 @@ class BlockMap::Solver {
         }
         flat_.resize(layout_.blocks.size());
         for (std::size_t b = 0; b < flat_.size(); ++b) {
-            if (!frames_.mapped(int(b))) continue;
             for (const LinearPoint& v : values(int(b))) flat_[b].emplace_back(of(v[0]), of(v[1]));
             join_triangles(int(b));
         }
@@ -208,7 +200,6 @@ class BlockMap::Solver {
 
     void add_arc(int a) {
         const LayoutArc& arc = layout_.arcs[at(a)];
-        if (arc.piece >= 0) return;
         double length = 0.0;
         for (int k = 0; k < last_point(a); ++k)
             length += (arc.points[at(k + 1)] - arc.points[at(k)]).norm();
@@ -388,7 +379,6 @@ BlockMap::~BlockMap() = default;
 BlockMap::BlockMap(BlockMap&&) noexcept = default;
 BlockMap& BlockMap::operator=(BlockMap&&) noexcept = default;
 
-bool BlockMap::has(int block) const { return solver_->has(block); }
 FlatPiece::SurfacePoint BlockMap::point(int block, const Vec2& p) const {
     return solver_->locate(block, p);
 }

@@ -15,8 +15,8 @@ namespace patchwright::cage {
 /// lines: only features are, on which points may slide, and singular nodes stay. Between nodes that
 /// stay the points of a feature are where LayoutArc::shares put them. Of all such coordinates these
 /// have the least Dirichlet energy in the metric, so that lines are near where edges are to be
-/// short. Blocks with a valence-3 insertion and those
-/// that share a piece have none; the arcs around them stay where they are.
+/// short.
+/// @pre every block is a whole piece, and its opposite sides have equal numbers of edges
 /// @throw LayoutRefused when there are no such coordinates
 ///
 /// Source: Campen, Bommes and Kobbelt, Quantized global parametrization (2015), with Dirichlet's
@@ -30,12 +30,10 @@ class BlockMap {
     BlockMap(BlockMap&&) noexcept;
     BlockMap& operator=(BlockMap&&) noexcept;
 
-    /// Whether a block has coordinates; see BlockFrames::mapped().
-    [[nodiscard]] bool has(int block) const;
     /// The point of a block with given coordinates, from 0 to the numbers of edges of its first and
-    /// second side. @pre has(block)
+    /// second side.
     [[nodiscard]] FlatPiece::SurfacePoint point(int block, const Vec2& p) const;
-    /// Points along an arc at whole numbers of its edges; nothing for those inside a piece.
+    /// Points along an arc at whole numbers of its edges.
     [[nodiscard]] std::vector<geom::Vec3> along(int arc) const;
 
   private:

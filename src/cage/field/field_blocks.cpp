@@ -1,14 +1,14 @@
 #include "cage/field/field_blocks.h"
 
-#include "cage/blocks/block_grid.h"
 #include "cage/blocks/brep_layout.h"
-#include "cage/blocks/divisions.h"
 #include "cage/blocks/layout_mesh.h"
 #include "cage/field/cross_field.h"
-#include "cage/field/division_search.h"
 #include "cage/field/field_lines.h"
 #include "cage/field/field_topology.h"
+#include "cage/field/grid_vertices.h"
+#include "cage/field/map_grid.h"
 #include "cage/field/size_metric.h"
+#include "cage/field/whole_blocks.h"
 
 namespace patchwright::cage {
 
@@ -27,19 +27,24 @@ QuadLayout layout_of(const SurfaceBody& body, const std::vector<char>& borders,
     CrossField field = cross_field(mesh, hints, poll);
     const FieldTopology topology = field_topology(mesh, field);
     const FieldLines lines = field_lines(mesh, field, topology, poll);
-    return brep_layout(mesh, reference, poll, &lines);
+    QuadLayout layout = brep_layout(mesh, reference, poll, &lines);
+    cut_shared_pieces(layout);
+    return layout;
 }
 
 /// @throw LayoutRefused
 Blocks blocks_of(QuadLayout& layout, MetricSizes sizes, const geom::ModelSurface& reference,
                  const std::vector<std::string>& face_names, Poll& poll) {
     for (int round = 1;; ++round, sizes.scale *= finer) {
-        const SizeMetric metric(layout, reference, sizes, poll);
+        SizeMetric metric(layout, reference, sizes, poll);
         set_wanted(layout, metric, reference, sizes, poll);
         try {
-            const Divisions divisions =
-                improved_divisions(layout, divide_arcs(layout, poll, Deviation::Logarithmic), poll);
-            return block_grid(layout, divisions, reference, face_names, poll, &metric);
+            Divisions divisions = divisions_apart(layout, poll);
+            QuadLayout parted = layout;
+            part_at_insertions(parted, divisions);
+            if (parted.blocks.size() > layout.blocks.size())
+                metric = SizeMetric(parted, reference, sizes, poll);
+            return map_grid(parted, divisions, metric, reference, face_names, poll);
         } catch (const LayoutRefused& refusal) {
             if (refusal.for_good || round == most_rounds) throw;
         }

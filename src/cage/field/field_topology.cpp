@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 namespace patchwright::cage {
@@ -44,6 +45,7 @@ class TopologyFinder {
                 if (!fan.wedges.empty()) add_sector(v, w, fan);
             }
         }
+        open_points();
         check_regions();
         return std::move(result_);
     }
@@ -104,6 +106,19 @@ class TopologyFinder {
         RegionSum& sum = sums_[at(region_[at(fan.wedges[0].triangle)])];
         sum.quarters += 2 - quads;
         ++sum.euler;
+    }
+
+    /// Where a feature turns smoothly but so fast that both sides have room for one quad only, as
+    /// at a thin tip, the wider side gets two: else these two would share two edges along a smooth
+    /// line.
+    void open_points() {
+        std::map<int, std::vector<FieldSector*>> at_vertex;
+        for (FieldSector& s : result_.sectors) at_vertex[s.vertex].push_back(&s);
+        for (const auto& [v, sectors] : at_vertex) {
+            if (sectors.size() != 2 || mesh_.corner(v) >= 0) continue;
+            if (sectors[0]->quads > 1 || sectors[1]->quads > 1) continue;
+            sectors[sectors[0]->angle < sectors[1]->angle ? 1 : 0]->quads = 2;
+        }
     }
 
     void check_regions() {

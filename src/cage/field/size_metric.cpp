@@ -314,6 +314,7 @@ std::map<std::pair<int, int>, double> SizeMetric::side_weights(const FlatPiece& 
 void set_wanted(QuadLayout& layout, const SizeMetric& metric, const geom::ModelSurface& reference,
                 const MetricSizes& sizes, Poll& poll) {
     constexpr double least_edges = 1e-9;  // keeps shares apart
+    for (LayoutArc& arc : layout.arcs) arc.least = 0;
     set_least(layout);
     const TrianglesBeside beside = triangles_beside(layout);
     for (LayoutArc& arc : layout.arcs) {

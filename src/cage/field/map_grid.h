@@ -1,0 +1,26 @@
+// Quads along the whole coordinates of a block map.
+#pragma once
+
+#include "cage/blocks.h"
+#include "cage/blocks/block_layout.h"
+#include "cage/blocks/divisions.h"
+#include "cage/field/size_metric.h"
+#include "cage/poll.h"
+
+#include <patchwright/geom/model_surface.h>
+
+#include <string>
+#include <vector>
+
+namespace patchwright::cage {
+
+/// Points by a BlockMap, then moved so that quads get good shapes (shape_quads()).
+/// @param divisions   such that least_apart() is empty, without insertions
+/// @param face_names  one a face of the model: groups of the quads
+/// @pre every block is a whole piece
+/// @throw LayoutRefused when quads fold or share two edges
+Blocks map_grid(const QuadLayout& layout, const Divisions& divisions, const SizeMetric& metric,
+                const geom::ModelSurface& reference, const std::vector<std::string>& face_names,
+                Poll& poll);
+
+}  // namespace patchwright::cage
