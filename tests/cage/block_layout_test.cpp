@@ -15,12 +15,6 @@ using cage::Vec2;
 
 cage::Poll poll;  // never stops
 
-int edges_of(const cage::Divisions& divisions, const cage::BlockSide& side) {
-    int sum = 0;
-    for (const cage::ArcUse& use : side) sum += divisions.edges[std::size_t(use.arc)];
-    return sum;
-}
-
 cage::QuadLayout with_arcs(const std::vector<double>& wanted) {
     cage::QuadLayout made;
     for (const double w : wanted) {
@@ -115,8 +109,8 @@ TEST_CASE("where sums cannot agree strips go around a corner", "[layout]") {
     REQUIRE(made_there.count > 0);
     for (int k = 0; k < 2; ++k) {
         const auto& sides = made.blocks[0].sides;
-        CHECK(edges_of(divisions, sides[std::size_t((made_there.side + k) % 4)]) ==
-              edges_of(divisions, sides[std::size_t((made_there.side + k + 2) % 4)]) +
+        CHECK(cage::edges_of(sides[std::size_t((made_there.side + k) % 4)], divisions) ==
+              cage::edges_of(sides[std::size_t((made_there.side + k + 2) % 4)], divisions) +
                   made_there.count);
     }
 }

@@ -1,14 +1,10 @@
 // Coordinates over blocks, and numbers of edges that are improved along ways through them.
 #include "cage/field/block_map.h"
 
-#include "cage/blocks/brep_layout.h"
 #include "cage/field/division_search.h"
-#include "cage/field/field_lines.h"
-#include "cage/remesh/remesh.h"
 #include "cage/remesh/size_field.h"
+#include "field_layout.h"
 #include "support/triangle_shapes.h"
-
-#include <patchwright/geom/mesh_reference.h>
 
 #include <catch2/catch.hpp>
 
@@ -25,22 +21,8 @@ using geom::Vec3;
 cage::Poll poll;  // never stops
 
 /// Blocks along the lines of a field.
-struct Blocks {
-    /// @param least_rel  of the diagonal: triangles' shortest sides, times two
-    explicit Blocks(geom::TriangleMesh triangles, double least_rel = 8e-3)
-        : reference(std::move(triangles)), mesh(reference.surface_mesh(0.0)) {
-        cage::RemeshOptions options;
-        options.size.largest_rel = 0.08;
-        options.size.least_rel = least_rel;
-        options.size.scale = 0.5;
-        cage::remesh(mesh, reference, options, poll);
-        cage::open_corners(mesh);
-        cage::CrossField field =
-            cage::cross_field(mesh, cage::curvature_hints(mesh, reference, poll), poll);
-        const cage::FieldTopology topology = cage::field_topology(mesh, field);
-        const cage::FieldLines lines = cage::field_lines(mesh, field, topology, poll);
-        layout = cage::brep_layout(mesh, reference, poll, &lines);
-    }
+struct Blocks : test::FieldLayout {
+    using FieldLayout::FieldLayout;
 
     void want_edges_of(double length) {
         for (cage::LayoutArc& arc : layout.arcs) {
@@ -49,17 +31,7 @@ struct Blocks {
                 arc.wanted += (arc.points[i + 1] - arc.points[i]).norm() / length;
         }
     }
-
-    geom::MeshReference reference;
-    geom::EditableMesh mesh;
-    cage::QuadLayout layout;
 };
-
-int edges_of(const cage::Divisions& divisions, const cage::BlockSide& side) {
-    int sum = 0;
-    for (const cage::ArcUse& use : side) sum += divisions.edges[std::size_t(use.arc)];
-    return sum;
-}
 
 TEST_CASE("coordinates of a box are linear on each side", "[field][oracle]") {
     Blocks box(test::triangle_box(10, 20, 30));
@@ -71,7 +43,7 @@ TEST_CASE("coordinates of a box are linear on each side", "[field][oracle]") {
     const cage::BlockMap map(box.layout, divisions, metric, poll);
     for (std::size_t b = 0; b < 6; ++b) {
         const auto& sides = box.layout.blocks[b].sides;
-        const int m = edges_of(divisions, sides[0]), n = edges_of(divisions, sides[1]);
+        const int m = cage::edges_of(sides[0], divisions), n = cage::edges_of(sides[1], divisions);
         const Vec3 origin = map.point(int(b), {0.0, 0.0}).point,
                    x = map.point(int(b), {double(m), 0.0}).point - origin,
                    y = map.point(int(b), {0.0, double(n)}).point - origin;
@@ -109,10 +81,10 @@ TEST_CASE("blocks of a tapered tube keep their four corners and do not fold", "[
     for (std::size_t b = 0; b < tube.layout.blocks.size(); ++b) {
         const auto& sides = tube.layout.blocks[b].sides;
         CHECK(divisions.insertions[b].count == 0);
-        CHECK(edges_of(divisions, sides[0]) == edges_of(divisions, sides[2]));
-        CHECK(edges_of(divisions, sides[1]) == edges_of(divisions, sides[3]));
-        for (int i = 0; i < edges_of(divisions, sides[0]); ++i) {
-            for (int j = 0; j < edges_of(divisions, sides[1]); ++j) {
+        CHECK(cage::edges_of(sides[0], divisions) == cage::edges_of(sides[2], divisions));
+        CHECK(cage::edges_of(sides[1], divisions) == cage::edges_of(sides[3], divisions));
+        for (int i = 0; i < cage::edges_of(sides[0], divisions); ++i) {
+            for (int j = 0; j < cage::edges_of(sides[1], divisions); ++j) {
                 const auto p = [&](double u, double v) {
                     return map.point(int(b), {i + u, j + v});
                 };
@@ -122,21 +94,25 @@ TEST_CASE("blocks of a tapered tube keep their four corners and do not fold", "[
             }
         }
     }
-    // Arcs inside the surface are lines of the triangles no more, but points stay on these, whose
-    // sides leave the narrow end's radius of 3 mm by their sag.
-    double longest = 0.0;
-    for (const cage::FlatPiece& piece : tube.layout.pieces)
-        for (const auto& t : piece.triangles())
-            for (std::size_t k = 0; k < 3; ++k)
-                longest = std::max(longest, (piece.points()[std::size_t(t[k])] -
-                                             piece.points()[std::size_t(t[(k + 1) % 3])])
-                                                .norm());
-    const double sag = 3.0 - std::sqrt(9.0 - 0.25 * longest * longest);
-    CHECK(sag < 0.3);
+    // Arcs inside the surface are lines of the triangles no more, but points stay on these.
+    geom::TriangleMesh triangles;
+    std::vector<Vec3> corners;
+    for (const cage::FlatPiece& piece : tube.layout.pieces) {
+        for (const auto& t : piece.triangles()) {
+            const int first = int(corners.size());
+            for (const int v : t) corners.push_back(piece.points()[std::size_t(v)]);
+            triangles.triangles.push_back({first, first + 1, first + 2});
+        }
+    }
+    triangles.points.resize(Eigen::Index(corners.size()), 3);
+    for (std::size_t i = 0; i < corners.size(); ++i)
+        triangles.points.row(Eigen::Index(i)) = corners[i].transpose();
+    triangles.part.assign(triangles.triangles.size(), -1);
+    const geom::MeshReference on_triangles(std::move(triangles));
     for (std::size_t a = 0; a < tube.layout.arcs.size(); ++a) {
         const auto points = map.along(int(a));
         REQUIRE(int(points.size()) == divisions.edges[a] + 1);
-        for (const Vec3& p : points) CHECK(tube.reference.foot_point(p).distance < sag);
+        for (const Vec3& p : points) CHECK(on_triangles.foot_point(p).distance < 1e-9);
     }
 }
 

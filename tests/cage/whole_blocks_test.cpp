@@ -2,15 +2,11 @@
 #include "cage/field/whole_blocks.h"
 
 #include "cage/blocks/arc_sizes.h"
-#include "cage/blocks/brep_layout.h"
 #include "cage/blocks/folded_quads.h"
-#include "cage/field/field_lines.h"
 #include "cage/field/grid_vertices.h"
 #include "cage/field/map_grid.h"
-#include "cage/remesh/remesh.h"
+#include "field_layout.h"
 #include "support/triangle_shapes.h"
-
-#include <patchwright/geom/mesh_reference.h>
 
 #include <catch2/catch.hpp>
 
@@ -150,29 +146,8 @@ geom::TriangleMesh triangular_prism(double side, double height) {
     return mesh;
 }
 
-/// The layout of a field, whose pieces may have several blocks.
-struct FieldLayout {
-    explicit FieldLayout(geom::TriangleMesh triangles)
-        : reference(std::move(triangles)), mesh(reference.surface_mesh(0.0)) {
-        cage::RemeshOptions options;
-        options.size.largest_rel = 0.08;
-        options.size.least_rel = 8e-3;
-        options.size.scale = 0.5;
-        cage::remesh(mesh, reference, options, poll);
-        cage::open_corners(mesh);
-        cage::CrossField field =
-            cage::cross_field(mesh, cage::curvature_hints(mesh, reference, poll), poll);
-        const cage::FieldTopology topology = cage::field_topology(mesh, field);
-        const cage::FieldLines lines = cage::field_lines(mesh, field, topology, poll);
-        layout = cage::brep_layout(mesh, reference, poll, &lines);
-    }
-    geom::MeshReference reference;
-    geom::EditableMesh mesh;
-    cage::QuadLayout layout;
-};
-
 TEST_CASE("pieces with three sides are cut into their blocks", "[field][oracle]") {
-    FieldLayout prism(triangular_prism(10.0, 10.0));
+    test::FieldLayout prism(triangular_prism(10.0, 10.0));
     const auto shared = std::count_if(prism.layout.blocks.begin(), prism.layout.blocks.end(),
                                       [](const cage::LayoutBlock& b) { return !b.first_point; });
     REQUIRE(shared >= 3);  // of a lid: the field is free to end its lines elsewhere
@@ -197,7 +172,7 @@ TEST_CASE("pieces with three sides are cut into their blocks", "[field][oracle]"
 }
 
 TEST_CASE("a block with an insertion becomes three", "[field]") {
-    FieldLayout box(test::triangle_box(10, 10, 10));
+    test::FieldLayout box(test::triangle_box(10, 10, 10));
     cage::QuadLayout& layout = box.layout;
     REQUIRE(layout.blocks.size() == 6);
     const int side = GENERATE(0, 1, 2, 3);

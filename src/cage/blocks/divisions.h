@@ -22,6 +22,13 @@ struct Divisions {
         insertions;  ///< one a block; none: opposite sides have equal numbers
 };
 
+/// Of all arcs of a side.
+inline int edges_of(const BlockSide& side, const Divisions& divisions) {
+    int sum = 0;
+    for (const ArcUse& use : side) sum += divisions.edges[std::size_t(use.arc)];
+    return sum;
+}
+
 /// Numbers of edges, at least what each arc must have and near what it should get. Opposite sides
 /// of a block get equal sums but for valence-3 insertions: sides `side` and the next one have
 /// `count` more than those opposite. Strips of quads that cross blocks are added one at a time, for

@@ -14,8 +14,6 @@ using geom::Vec3;
 
 namespace {
 
-double cross(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
-
 // Mean value weights of triangles without an angle are cut at this: a matrix of such ones would be
 // singular in double precision.
 constexpr double least_tangent = 1e-3;

@@ -10,6 +10,8 @@ namespace patchwright::cage {
 
 using Vec2 = Eigen::Vector2d;
 
+inline double cross(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
+
 /// Triangles of a disc in space and in the plane, where they do not overlap.
 class FlatPiece {
   public:

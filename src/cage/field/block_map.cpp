@@ -26,8 +26,6 @@ constexpr int most_arcs = 100;
 // Steps of a walk over triangles to a point.
 constexpr int most_steps = 400;
 
-double cross(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
-
 }  // namespace
 
 class BlockMap::Solver {

@@ -17,8 +17,6 @@ namespace {
 // Share of a triangle's side within which a vertex moves to a point on it, on the flat piece.
 constexpr double near_vertex = 0.05;
 
-double cross(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
-
 }  // namespace
 
 CutDisc::CutDisc(const FlatPiece& piece, int border)

@@ -1,6 +1,5 @@
 #include "cage/field/grid_vertices.h"
 
-#include "cage/blocks/division_costs.h"
 #include "cage/field/block_frames.h"
 #include "cage/field/division_search.h"
 #include "geom/disjoint_sets.h"
@@ -21,12 +20,6 @@ namespace {
 
 // Fewest edges of a closed feature: quads on both sides would share two.
 constexpr int fewest_of_loop = 4;
-
-int edges_of(const BlockSide& side, const Divisions& divisions) {
-    int sum = 0;
-    for (const ArcUse& use : side) sum += divisions.edges[at(use.arc)];
-    return sum;
-}
 
 int widest(const QuadLayout& layout, const std::vector<int>& arcs) {
     return *std::max_element(arcs.begin(), arcs.end(), [&](int a, int b) {

@@ -44,11 +44,7 @@ class Insertions {
 
   private:
     [[nodiscard]] int edges(int arc) const { return divisions_.edges[at(arc)]; }
-    [[nodiscard]] int edges(const BlockSide& side) const {
-        int sum = 0;
-        for (const ArcUse& use : side) sum += edges(use.arc);
-        return sum;
-    }
+    [[nodiscard]] int edges(const BlockSide& side) const { return edges_of(side, divisions_); }
 
     void find_stops() {
         for (std::size_t b = 0; b < layout_.blocks.size(); ++b) {

@@ -23,7 +23,6 @@ class MapGrid {
     MapGrid(const QuadLayout& layout, const Divisions& divisions, const SizeMetric& metric,
             const geom::ModelSurface& reference, Poll& poll)
         : layout_(layout),
-          divisions_(divisions),
           reference_(reference),
           poll_(poll),
           map_(layout, divisions, metric, poll),
@@ -142,7 +141,6 @@ class MapGrid {
     }
 
     const QuadLayout& layout_;
-    const Divisions& divisions_;
     const geom::ModelSurface& reference_;
     Poll& poll_;
     BlockMap map_;

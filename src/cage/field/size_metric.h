@@ -50,9 +50,9 @@ class SizeMetric {
     std::vector<std::vector<Eigen::Matrix3d>> metric_;  ///< by piece and triangle
 };
 
-/// Sets LayoutArc::wanted, shares and least: by the metric lengths of arcs and of lines through
-/// their blocks, so that what bends inside a block only is not missed, and by how arcs on features
-/// bend.
+/// Sets LayoutArc::wanted, shares and least, which is 0 where set_least() asks for nothing: by the
+/// metric lengths of arcs and of lines through their blocks, so that what bends inside a block only
+/// is not missed, and by how arcs on features bend.
 void set_wanted(QuadLayout& layout, const SizeMetric& metric, const geom::ModelSurface& reference,
                 const MetricSizes& sizes, Poll& poll);
 
