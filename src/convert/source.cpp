@@ -3,6 +3,7 @@
 #include <patchwright/geom/mesh_figures.h>
 #include <patchwright/mesh/read_triangles.h>
 #include <patchwright/occ/inspect.h>
+#include <patchwright/occ/narrow_holes.h>
 
 #include <fmt/format.h>
 
@@ -132,6 +133,29 @@ Source read_mesh(const std::string& file, const SourceOptions& options) {
 }
 
 }  // namespace
+
+std::vector<std::string> leave_out_narrow_holes(Source& source, double width_mm) {
+    if (!source.model) return {};
+    const auto [model, holes] = occ::without_narrow_holes(*source.model, width_mm);
+    if (holes.empty()) return {};
+    source.model = model;
+    source.figures = solid_figures(source.input.file, model);
+    source.cad = std::make_shared<const occ::CadReference>(
+        model, source.reference_options(source.options.progress));
+    source.input.holes_left_out = int(holes.size());
+    const auto widest =
+        std::max_element(holes.begin(), holes.end(),
+                         [](const auto& a, const auto& b) { return a.width_mm < b.width_mm; });
+    const double unit = base::millimetres_per(source.input.unit);
+    const geom::Vec3 at = widest->at / unit;
+    const auto name = base::short_name(source.input.unit);
+    return {
+        fmt::format("{} narrower than the tolerance of {:.3g} {} left out; the widest, {:.3g} "
+                    "{}, is at ({:.4g}, {:.4g}, {:.4g})",
+                    holes.size() == 1 ? "1 hole" : fmt::format("{} holes", holes.size()),
+                    width_mm / unit, fmt::format("{} {}", name, holes.size() == 1 ? "is" : "are"),
+                    widest->width_mm / unit, name, at.x(), at.y(), at.z())};
+}
 
 report::SolidFigures solid_figures(const std::string& file, const occ::CadModel& model) {
     const occ::Inspection i = occ::inspect(model);

@@ -113,6 +113,14 @@ base::Budget budget_of(const Options& options, base::Progress progress) {
     return base::Budget(base::Budget::Seconds(*limit), std::move(progress));
 }
 
+/// The model that a cage is made of.
+convert::Source source_of_cage(const PyModel& model, double tolerance_mm) {
+    convert::Source source = *model.source;
+    const auto texts = convert::leave_out_narrow_holes(source, tolerance_mm);
+    source.notices.insert(source.notices.end(), texts.begin(), texts.end());
+    return source;
+}
+
 report::RunReport report_of(const convert::Source& source, const Options& options,
                             const std::string& command) {
     return {.unit = source.input.unit,
@@ -152,10 +160,11 @@ py::tuple convert_model(const PyModel& model, const fs::path& output,
                         const std::optional<PyCage>& given, const py::dict& named,
                         py::object progress) {
     const Options options(named);
-    const convert::Source& source = *model.source;
-    refuse_control_mesh(source);
+    refuse_control_mesh(*model.source);
     check_output(output);
-    convert::ConvertOptions converting = convert_options(options, source, cage_of(given));
+    convert::ConvertOptions converting = convert_options(options, *model.source, cage_of(given));
+    const convert::Source source =
+        given ? *model.source : source_of_cage(model, converting.tolerance_mm);
     report::RunReport report = report_of(source, options, "convert");
     converting.shape = shape_options(options);
     report.unit = converting.shape.write.unit = output_unit(options, source.input.unit);
@@ -181,9 +190,10 @@ py::tuple convert_model(const PyModel& model, const fs::path& output,
 py::tuple fit_model(const PyModel& model, const std::optional<PyCage>& given, const py::dict& named,
                     py::object progress) {
     const Options options(named);
-    const convert::Source& source = *model.source;
-    refuse_control_mesh(source);
-    convert::ConvertOptions fitting = convert_options(options, source, cage_of(given));
+    refuse_control_mesh(*model.source);
+    convert::ConvertOptions fitting = convert_options(options, *model.source, cage_of(given));
+    const convert::Source source =
+        given ? *model.source : source_of_cage(model, fitting.tolerance_mm);
     fitting.interpolate = options.flag("interpolate");
     report::RunReport report = report_of(source, options, "fit");
     Call call(std::move(progress));
@@ -232,12 +242,13 @@ py::tuple refit_model(const PyModel& model, const PyModel* earlier,
 
 py::tuple make_cage(const PyModel& model, const py::dict& named, py::object progress) {
     const Options options(named);
-    const convert::Source& source = *model.source;
-    refuse_control_mesh(source);
-    const double diagonal = source.input.diagonal;
+    refuse_control_mesh(*model.source);
+    const double diagonal = model.source->input.diagonal;
+    const double tolerance = length_mm(options, "tolerance", diagonal);
+    const convert::Source source = source_of_cage(model, tolerance);
     cage::CageOptions making{.method = layout_of(options),
                              .target_faces = options.integer("target_faces", 1, most_faces),
-                             .tolerance_rel = length_mm(options, "tolerance", diagonal) / diagonal};
+                             .tolerance_rel = tolerance / diagonal};
     report::RunReport report = report_of(source, options, "cage");
     Call call(std::move(progress));
     making.progress = call.progress();

@@ -95,10 +95,10 @@ class SectionWriter {
         if (!i.originating_system.empty()) row("written by", "{}", i.originating_system);
         row("content", "{} solids, {} faces, {} free edges", i.solids, i.faces, i.free_edges);
         brief();
-        if (i.sewing_tolerance) {
+        if (i.sewing_tolerance)
             row("sewn", "gaps up to {}, tolerance {}", length(i.largest_gap_closed.value_or(0.0)),
                 length(*i.sewing_tolerance));
-        }
+        if (i.holes_left_out > 0) row("narrow holes left out", "{}", i.holes_left_out);
         row("diagonal", "{}", length(i.diagonal));
     }
     void cage(const mesh::CageSummary& c) {

@@ -102,7 +102,8 @@ class Writer {
                 {"free_edges", i.free_edges},
                 {"diagonal", length(i.diagonal)},
                 {"largest_gap_closed", length(i.largest_gap_closed.value_or(0.0))},
-                {"sewing_tolerance", length(i.sewing_tolerance.value_or(0.0))}};
+                {"sewing_tolerance", length(i.sewing_tolerance.value_or(0.0))},
+                {"holes_left_out", i.holes_left_out}};
     }
     static Json cage(const mesh::CageSummary& c) {
         return {{"vertices", c.vertices},

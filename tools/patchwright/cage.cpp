@@ -22,14 +22,16 @@ int make_cage_file(const CageCommandOptions& options) {
     Run run(options.common, {{options.input},
                              {{"--output", options.output, OutputKind::Cage},
                               {"--picture", options.view.picture, OutputKind::Picture}}});
-    const convert::Source source = read_source(run, options.input, options.read);
+    convert::Source source = read_source(run, options.input, options.read);
     refuse_control_mesh(source);
     const double diagonal = source.input.diagonal;
-    const cage::CageResult made = cage::make_cage(
-        source.surface(), {.method = options.cage.method,
-                           .target_faces = options.cage.target_faces,
-                           .tolerance_rel = length_mm(options.tolerance, diagonal) / diagonal,
-                           .progress = run.progress()});
+    const double tolerance = length_mm(options.tolerance, diagonal);
+    leave_out_narrow_holes(run, source, tolerance);
+    const cage::CageResult made =
+        cage::make_cage(source.surface(), {.method = options.cage.method,
+                                           .target_faces = options.cage.target_faces,
+                                           .tolerance_rel = tolerance / diagonal,
+                                           .progress = run.progress()});
     for (const std::string& text : made.notices) run.notice(text);
     run.report.cage = mesh::summarise(*made.cage.topology);
     run.report.layout = made.layout;

@@ -43,7 +43,7 @@ int convert_file(const ConvertCommandOptions& options) {
     for (const OutputFile& file : view_files(options.view)) files.outputs.push_back(file);
     Run run(options.common, files);
     const base::Budget budget = run.budget(options.fit.time_limit_s);
-    const convert::Source source =
+    convert::Source source =
         read_source(run, options.input, options.read, {.progress = budget.limited()});
     refuse_control_mesh(source);
     if (source.model)
@@ -52,6 +52,7 @@ int convert_file(const ConvertCommandOptions& options) {
                                    b, options.input));
     convert::ConvertOptions converting =
         convert_options(run, source, options.fit, options.cage, options.cage_file);
+    if (!converting.cage) leave_out_narrow_holes(run, source, converting.tolerance_mm);
     run.report.unit = output_unit(options.output, source.input.unit);
     converting.shape = options.output.shape;
     converting.shape.write.unit = run.report.unit;

@@ -36,11 +36,12 @@ int fit_file(const FitCommandOptions& options) {
             {{options.input, options.cage_file}, {{"--output", options.output, OutputKind::Cage}}});
     check_interpolation(options);
     const base::Budget budget = run.budget(options.fit.time_limit_s);
-    const convert::Source source =
+    convert::Source source =
         read_source(run, options.input, options.read, {.progress = budget.limited()});
     refuse_control_mesh(source);
     convert::ConvertOptions fitting =
         convert_options(run, source, options.fit, options.cage, options.cage_file);
+    if (!fitting.cage) leave_out_narrow_holes(run, source, fitting.tolerance_mm);
     fitting.interpolate = options.interpolate;
     fitting.normal_tolerance_rad = normal_tolerance_rad(options.normal_tolerance);
     convert::Conversion fitted = about_input(

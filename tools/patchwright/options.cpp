@@ -170,6 +170,12 @@ convert::ConvertOptions convert_options(Run& run, const convert::Source& source,
     return options;
 }
 
+void leave_out_narrow_holes(Run& run, convert::Source& source, double tolerance_mm) {
+    for (const std::string& text : convert::leave_out_narrow_holes(source, tolerance_mm))
+        run.notice(fmt::format("{}: {}", source.input.file, text));
+    run.report.input = source.input;
+}
+
 void refuse_control_mesh(const convert::Source& source) {
     if (!source.is_control_mesh) return;
     throw base::InputError(

@@ -116,6 +116,9 @@ double length_mm(const std::string& text, double diagonal_mm);
 /// Says so where the tolerance is less than the triangles' own distance from what they stand for.
 void note_chord_error(Run& run, const convert::Source& source, double tolerance_mm);
 
+/// Before a cage is made of it.
+void leave_out_narrow_holes(Run& run, convert::Source& source, double tolerance_mm);
+
 /// Options of subcommands that write a CAD file.
 struct OutputOptions {
     std::string file;

@@ -54,6 +54,11 @@ struct Source {
 /// @throw Cancelled or TimeLimitReached from the progress callback
 Source read_source(const std::filesystem::path& file, const SourceOptions& options = {});
 
+/// Closes holes of a CAD model that are narrower than what matters (occ::without_narrow_holes()).
+/// @pre made with a surface
+/// @return what was left out, one line each, for the user
+std::vector<std::string> leave_out_narrow_holes(Source& source, double width_mm);
+
 /// What a model holds, as reports tell it.
 report::SolidFigures solid_figures(const std::string& file, const occ::CadModel& model);
 

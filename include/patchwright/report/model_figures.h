@@ -22,6 +22,7 @@ struct InputFigures {
     int free_edges = 0;  ///< after reading and sewing
     double diagonal = 0.0;
     std::optional<double> largest_gap_closed, sewing_tolerance;
+    int holes_left_out = 0;  ///< narrower than the tolerance
 };
 
 /// The CAD file that came out, or one that was inspected, as read back from disk.
