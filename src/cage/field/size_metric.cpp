@@ -36,7 +36,7 @@ constexpr std::array line_shares{0.1, 0.25, 0.4, 0.5, 0.6, 0.75, 0.9};
 // obtuse: with positive weights the map does not fold.
 constexpr double least_weight = 0.02;
 // Of angles whose cotangents are taken.
-constexpr double least_sine = 1e-3;
+constexpr double sine_floor = 1e-3;
 // Share by which the square of a length must shrink, else it is left: grading ends.
 constexpr double negligible = 0.02;
 
@@ -304,7 +304,7 @@ std::map<std::pair<int, int>, double> SizeMetric::side_weights(const FlatPiece& 
             const double cosine = product(place, to_i, to_j);
             const double both = length(place, to_i) * length(place, to_j);
             const double sine = std::sqrt(std::max(0.0, both * both - cosine * cosine));
-            weights[std::minmax(i, j)] += 0.5 * cosine / std::max(sine, least_sine * both);
+            weights[std::minmax(i, j)] += 0.5 * cosine / std::max(sine, sine_floor * both);
         }
     }
     for (auto& [side, weight] : weights) weight = std::max(weight, least_weight);
