@@ -119,6 +119,7 @@ struct Aligned {
     std::vector<std::string> texts;
     int known = 0;                                                  ///< bodies that are recognised
     bool from_field = false, from_faces = false, remeshed = false;  ///< some of the others
+    bool faces_refused = false;  ///< some have no blocks along their faces
 };
 
 /// Feature curves that blocks of one kind keep as lines.
@@ -159,10 +160,11 @@ std::optional<int> extraordinary_vertices(BodyBlocks& made, std::size_t most_qua
 
 /// Blocks of a body that is not recognised, into `part` where there are any: those with fewer
 /// extraordinary vertices.
-/// @param text  what came of it, for the user
+/// @param text           what came of it, for the user
+/// @param faces_refused  set where it has none along its faces
 LaidOut lay_out_blocks(const SurfaceBody& body, const BlockBorders& borders,
                        const CageSource& source, const CageOptions& options, double scale,
-                       std::optional<Blocks>& part, std::string& text) {
+                       std::optional<Blocks>& part, std::string& text, bool& faces_refused) {
     if (!source.reference.has_cad_faces()) {
         text += ", no blocks (triangles have no faces to lay blocks along)";
         return LaidOut::Not;
@@ -186,6 +188,7 @@ LaidOut lay_out_blocks(const SurfaceBody& body, const BlockBorders& borders,
         of_faces = brep_blocks(body, borders.of_faces, reference, names, options, poll, scale);
         along_faces = extraordinary_vertices(of_faces, most_quads);
         if (!along_faces) text += fmt::format(", no blocks along its faces ({})", of_faces.refused);
+        faces_refused = faces_refused || !along_faces;
     }
     if (by_field && (!along_faces || *by_field < *along_faces)) {
         text += ", blocks by a cross field";
@@ -225,8 +228,8 @@ Aligned aligned(const geom::SurfaceMesh& mesh, const CageSource& source,
                     if (source.reference.has_cad_faces())
                         borders = block_borders_of(mesh, source, options);
                 }
-                const LaidOut way =
-                    lay_out_blocks(body, *borders, source, options, scale, one.blocks, one.text);
+                const LaidOut way = lay_out_blocks(body, *borders, source, options, scale,
+                                                   one.blocks, one.text, result.faces_refused);
                 if (way != LaidOut::Not) laid_out.push_back(found.size());
                 result.from_field = result.from_field || way == LaidOut::ByField;
                 result.from_faces = result.from_faces || way == LaidOut::AlongFaces;
@@ -286,6 +289,7 @@ CageResult make_cage(const geom::ModelSurface& model, const CageOptions& options
         result.layout = std::move(found.texts);
         result.from_field = found.from_field;
         result.from_faces = found.from_faces;
+        result.faces_refused = found.faces_refused;
         if (!found.remeshed) result.method = Method::Aligned;
         if (parts.empty() && options.method == Method::Aligned)
             throw base::InputError(

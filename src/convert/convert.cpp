@@ -144,6 +144,7 @@ class AttemptRunner {
             attempt.kind = attempts.back().kind;
             attempt.cage = attempts.back().cage;
             attempt.layout = attempts.back().layout;
+            attempt.faces_refused = attempts.back().faces_refused;
             return;
         }
         cage::CageOptions making = plan.cage;
@@ -156,6 +157,7 @@ class AttemptRunner {
                                                            : CageKind::Sections;
         attempt.cage = std::move(made.cage);
         attempt.layout = std::move(made.layout);
+        attempt.faces_refused = made.faces_refused;
     }
 
     void fit(Attempt& attempt) {

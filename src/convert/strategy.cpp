@@ -30,6 +30,13 @@ double worst_excess(const Attempt& attempt) {
     return worst == nullptr ? 1.0 : measure::excess(*worst);
 }
 
+bool meets(const Attempt& attempt, measure::Requirement requirement) {
+    const auto& conditions = attempt.verdict.conditions;
+    return std::all_of(conditions.begin(), conditions.end(), [&](const measure::Condition& c) {
+        return c.met || c.requirement != requirement;
+    });
+}
+
 /// Near enough, but with folds, kinks or loops, or normals off: what is smaller than the tolerance
 /// goes away where the fit comes nearer.
 bool misses_shape_only(const Attempt& attempt) {
@@ -43,10 +50,12 @@ bool misses_shape_only(const Attempt& attempt) {
     return !attempt.verdict.met() && std::all_of(conditions.begin(), conditions.end(), is_shape);
 }
 
-/// The fit has met its own samples, and the check found what lies between them.
+/// The fit has met its own samples, and the check found what lies between them. A sharp curve that
+/// is lost is no matter of nearness: the cage has no crease along it.
 bool misses_between_samples(const Attempt& attempt) {
     const report::FitFigures& fit = attempt.fit;
     return !fit.levels.empty() && worst_excess(attempt) <= far_off &&
+           meets(attempt, measure::Requirement::SharpCurves) &&
            fit.levels[std::size_t(fit.best_level)].largest() <= fit.tolerance;
 }
 
@@ -130,17 +139,24 @@ std::optional<AttemptPlan> finer_remeshed(const Attempt& last, const ConvertOpti
 }
 
 /// Finer blocks of the field, once, where only the shape misses, as lines that lie badly do so in
-/// finer ones too; then others.
-AttemptPlan after_field(const Attempt& last, const Attempt& best, const ConvertOptions& options) {
+/// finer ones too; then blocks along faces, or where there are none what comes after these.
+std::optional<AttemptPlan> after_field(const std::vector<Attempt>& attempts, const Attempt& best,
+                                       const ConvertOptions& options) {
+    const Attempt& last = attempts.back();
     AttemptPlan next{.cage = last.plan.cage};
     if (!last.finer_refused && last.plan.cage.fineness == 1.0 && misses_shape_only(best)) {
         next.cage.method = cage::Method::Aligned;
         next.cage.blocks = cage::BlockWay::Field;
         next.cage.fineness *= 2.0;
+        return next;
+    }
+    next.cage.fineness = 1.0;
+    if (std::any_of(attempts.begin(), attempts.end(), [](auto& a) { return a.faces_refused; })) {
+        if (options.method != cage::Method::Auto) return std::nullopt;
+        next.cage.method = cage::Method::Remesh;
     } else {
         next.cage.method = options.method;
         next.cage.blocks = cage::BlockWay::Faces;
-        next.cage.fineness = 1.0;
     }
     return next;
 }
@@ -193,7 +209,7 @@ std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
             if (!last.finer_refused && worst_excess(best) <= far_off && gained(attempts))
                 return finer;
             return may_remesh ? std::optional(remeshed) : std::nullopt;
-        case CageKind::Field: return after_field(last, best, options);
+        case CageKind::Field: return after_field(attempts, best, options);
         case CageKind::Blocks:
             // Where blocks miss, finer ones do too: faces that follow the shape are needed.
             if (may_remesh) return remeshed;

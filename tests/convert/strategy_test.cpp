@@ -208,6 +208,16 @@ TEST_CASE("a fit that is nearer than the check finds it is fitted more closely",
     CHECK(attempts.back().verdict.met());
 }
 
+TEST_CASE("a sharp curve that is lost is no matter of nearness", "[convert]") {
+    Attempt lost = attempt(*convert::choose_next({}, made(), diagonal), CageKind::Field, 1.1);
+    lost.fit.levels.back().max_mm = 0.9 * tolerance;
+    CHECK(convert::choose_next({lost}, made(), diagonal)->fit_share == 0.5);
+    lost.deviation.long_sharp->count = 1;
+    lost.deviation.long_sharp->missed.emplace_back();
+    lost.verdict = convert::assess(lost, solid(), tolerance);
+    CHECK(convert::choose_next({lost}, made(), diagonal)->cage.blocks == cage::BlockWay::Faces);
+}
+
 TEST_CASE("a recognised shape that is far off is none", "[convert]") {
     AttemptPlan free = *convert::choose_next({}, made(), diagonal);
     free.preserve_parametrisation = false;
@@ -257,8 +267,14 @@ TEST_CASE("blocks of a field that fold get finer once, then others take their pl
     attempts.resize(2);
     attempts.back().finer_refused = true;
     CHECK(convert::choose_next(attempts, made(), diagonal)->cage.blocks == cage::BlockWay::Faces);
-    const Attempt far = attempt(attempts.back().plan, CageKind::Field, 1.5);
+    Attempt far = attempt(attempts.back().plan, CageKind::Field, 1.5);
     CHECK(convert::choose_next({far}, made(), diagonal)->cage.blocks == cage::BlockWay::Faces);
+    // Blocks that are known not to be there are not looked for again.
+    far.faces_refused = true;
+    CHECK(convert::choose_next({far}, made(), diagonal)->cage.method == cage::Method::Remesh);
+    convert::ConvertOptions blocks_only = made();
+    blocks_only.method = cage::Method::Aligned;
+    CHECK_FALSE(convert::choose_next({far}, blocks_only, diagonal).has_value());
 }
 
 TEST_CASE("remeshed cages get shorter edges where they miss, while that helps", "[convert]") {

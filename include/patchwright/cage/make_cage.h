@@ -57,6 +57,7 @@ struct CageResult {
     int recognised = 0;                ///< bodies laid out as wings, blades or nacelles
     bool from_field = false;           ///< some bodies are laid out by lines of a cross field
     bool from_faces = false;           ///< some bodies are laid out along their faces
+    bool faces_refused = false;        ///< some bodies were found to have no blocks along faces
     std::vector<std::string> notices;  ///< one line each, for the user
     /// One line a body unless all were to be remeshed: what it was recognised as, or why not.
     std::vector<std::string> layout;

@@ -71,6 +71,7 @@ struct Attempt {
     bool stopped_by_time_limit = false;  ///< its fit
     bool keeps_cage = false;             ///< as refits do
     bool finer_refused = false;          ///< there is no finer cage of its kind
+    bool faces_refused = false;          ///< there are no blocks along faces
     report::FitFigures fit;
     report::PatchFigures patches;
     ShapeFigures shape;
