@@ -186,8 +186,9 @@ CadModel without(const CadModel& model, const std::vector<TopoDS_Face>& all,
 ModelWithoutHoles without_narrow_holes(const CadModel& model, double width_mm) {
     const std::vector<TopoDS_Face> faces = faces_of(model);
     const std::vector<Rim> rims = narrow_rims(faces, width_mm);
-    const Parts parts(faces, rims);
     ModelWithoutHoles result{model, {}};
+    if (rims.empty()) return result;
+    const Parts parts(faces, rims);
     std::vector<const Rim*> closed;
     std::vector<int> gone;
     const auto close = [&](const std::vector<const Rim*>& rims_of, const std::vector<int>& inside) {
