@@ -382,6 +382,17 @@ class Readers(ModuleTest):
             except pw.InputError as error:
                 self.assertNotIn("\n", str(error))
 
+    def test_a_hole_narrower_than_the_tolerance_is_left_out(self):
+        file = SAMPLES.parents[1] / "shared" / "hostile" / "tinyhole.step"
+        if not file.is_file():
+            self.skipTest("SKIPPED: no hostile files")
+        model = pw.read(file)
+        made = pw.convert(model, self.folder / "box.step", tolerance="1e-3rel")
+        self.assertTrue(made.met)
+        for result in (made, pw.fit(model, tolerance="1e-3rel"), pw.make_cage(model, tolerance="1e-3rel")):
+            self.assertEqual(result.report["input"]["holes_left_out"], 1)
+            self.assertTrue(any("1 hole narrower" in notice for notice in result.report["notices"]))
+
 
 class Calls(ModuleTest):
     def test_progress(self):
