@@ -222,6 +222,9 @@ Aligned aligned(const geom::SurfaceMesh& mesh, const CageSource& source,
                           {.fineness = fineness, .tolerance_mm = tolerance_mm}, source.poll);
             if (one.blocks) {
                 ++result.known;
+            } else if (options.blocks == BlockWay::None) {
+                one.text += ", no blocks asked for";
+                result.remeshed = true;
             } else if (!result.remeshed) {
                 if (!borders) {
                     borders.emplace();

@@ -139,7 +139,7 @@ std::optional<AttemptPlan> finer_remeshed(const Attempt& last, const ConvertOpti
 }
 
 /// Finer blocks of the field, once, where only the shape misses, as lines that lie badly do so in
-/// finer ones too; then blocks along faces, or where there are none what comes after these.
+/// finer ones too; then blocks along faces, or none where there are no such blocks either.
 std::optional<AttemptPlan> after_field(const std::vector<Attempt>& attempts, const Attempt& best,
                                        const ConvertOptions& options) {
     const Attempt& last = attempts.back();
@@ -150,14 +150,12 @@ std::optional<AttemptPlan> after_field(const std::vector<Attempt>& attempts, con
         next.cage.fineness *= 2.0;
         return next;
     }
+    const bool refused =
+        std::any_of(attempts.begin(), attempts.end(), [](auto& a) { return a.faces_refused; });
+    if (refused && options.method != cage::Method::Auto) return std::nullopt;
+    next.cage.method = options.method;
+    next.cage.blocks = refused ? cage::BlockWay::None : cage::BlockWay::Faces;
     next.cage.fineness = 1.0;
-    if (std::any_of(attempts.begin(), attempts.end(), [](auto& a) { return a.faces_refused; })) {
-        if (options.method != cage::Method::Auto) return std::nullopt;
-        next.cage.method = cage::Method::Remesh;
-    } else {
-        next.cage.method = options.method;
-        next.cage.blocks = cage::BlockWay::Faces;
-    }
     return next;
 }
 

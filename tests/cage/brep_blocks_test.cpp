@@ -112,6 +112,12 @@ TEST_CASE("bodies that are nothing known are laid out along their faces beside k
     CHECK(told("blocks along its faces") == 1);
     CHECK(made.cage.topology->is_closed());
     CHECK(fitted_distance(made.cage, shape) < 1e-4);
+    // Without blocks the others are remeshed, and the known one stays as it is.
+    const auto without = cage::make_cage(shape.reference, {.blocks = cage::BlockWay::None});
+    CHECK(without.recognised == 1);
+    CHECK(without.method == cage::Method::Remesh);
+    CHECK_FALSE(without.from_faces);
+    CHECK(without.cage.topology->is_closed());
 }
 
 TEST_CASE("folded quads are opened, well formed ones stay", "[layout]") {

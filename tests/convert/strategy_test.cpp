@@ -269,9 +269,10 @@ TEST_CASE("blocks of a field that fold get finer once, then others take their pl
     CHECK(convert::choose_next(attempts, made(), diagonal)->cage.blocks == cage::BlockWay::Faces);
     Attempt far = attempt(attempts.back().plan, CageKind::Field, 1.5);
     CHECK(convert::choose_next({far}, made(), diagonal)->cage.blocks == cage::BlockWay::Faces);
-    // Blocks that are known not to be there are not looked for again.
+    // Blocks that are known not to be there are not looked for again; recognised bodies stay.
     far.faces_refused = true;
-    CHECK(convert::choose_next({far}, made(), diagonal)->cage.method == cage::Method::Remesh);
+    CHECK(convert::choose_next({far}, made(), diagonal)->cage.blocks == cage::BlockWay::None);
+    CHECK(convert::choose_next({far}, made(), diagonal)->cage.method == cage::Method::Auto);
     convert::ConvertOptions blocks_only = made();
     blocks_only.method = cage::Method::Aligned;
     CHECK_FALSE(convert::choose_next({far}, blocks_only, diagonal).has_value());

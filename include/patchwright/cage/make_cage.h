@@ -35,7 +35,8 @@ struct FinerRegion {
 enum class BlockWay {
     Fewest,  ///< both ways; those with fewer extraordinary vertices are taken
     Field,   ///< between the lines of a cross field
-    Faces    ///< along faces
+    Faces,   ///< along faces
+    None     ///< not at all: the body is remeshed
 };
 
 struct CageOptions {
