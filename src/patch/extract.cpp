@@ -80,7 +80,7 @@ void build_caps(SurfaceSource& source, const ExtractOptions& options) {
         default_tolerance_rel * geom::bounding_box(source.cage.points).diagonal());
     CapBuilder builder(source.cage, options, tolerance, source.table);
     source.caps.resize(irregular.size());
-    base::parallel_for(irregular.size(), 16, [&](std::size_t first, std::size_t last) {
+    base::parallel_for(irregular.size(), 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t k = first; k < last; ++k) source.caps[k] = builder.build(irregular[k]);
     });
     for (std::size_t k = 0; k < irregular.size(); ++k) {

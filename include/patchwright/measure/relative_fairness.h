@@ -5,6 +5,8 @@
 #include <patchwright/base/progress.h>
 #include <patchwright/geom/model_surface.h>
 
+#include <algorithm>
+
 #pragma GCC visibility push(default)
 namespace patchwright::measure {
 
@@ -32,8 +34,11 @@ struct RelativeFairness {
 };
 
 struct RelativeFairnessOptions {
+    /// Lines cost most, some 500 foot points each; more than these tell nothing new.
+    static constexpr int samples_a_line = 83, most_lines = 240;
     int samples = 20000;  ///< on the output's faces, evenly by area
-    int lines = 240;      ///< half of them along each parameter
+    /// Half of them along each parameter.
+    int lines = std::min(samples / samples_a_line, most_lines);
     base::Progress progress;
 };
 
