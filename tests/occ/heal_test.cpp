@@ -7,11 +7,19 @@
 #include "occ/hull.h"
 #include "occ/shapes.h"
 
+#include <patchwright/occ/cad_reference.h>
 #include <patchwright/occ/inspect.h>
 
 #include <BRepBuilderAPI_Copy.hxx>
 #include <BRepBuilderAPI_MakeFace.hxx>
 #include <BRepBuilderAPI_Transform.hxx>
+#include <BRep_Builder.hxx>
+#include <BRep_Tool.hxx>
+#include <Geom2d_BSplineCurve.hxx>
+#include <TColStd_Array1OfInteger.hxx>
+#include <TColStd_Array1OfReal.hxx>
+#include <TColgp_Array1OfPnt2d.hxx>
+#include <TopExp_Explorer.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Face.hxx>
 #include <catch2/catch.hpp>
@@ -168,4 +176,57 @@ TEST_CASE("records that end in column 65 are moved left", "[occ][heal]") {
     CHECK_FALSE(occ::repair_iges(head + record(fields(4), 'P', 1)).has_value());
     CHECK_FALSE(
         occ::repair_iges(head + record("406,70H", 'P', 1) + record(fields(5), 'P', 2)).has_value());
+}
+
+TEST_CASE("p-curves that swing out between the places of checks follow their edges",
+          "[occ][heal]") {
+    // A square face whose p-curve of one side leaves the side for a hundredth of its length: the
+    // kernel compares the two curves in fewer points than that.
+    const double side = 10.0, swing = 0.3;
+    const auto square = [&](double out) {
+        const TopoDS_Face face = BRepBuilderAPI_MakeFace(gp_Pln(), 0.0, side, 0.0, side).Face();
+        for (TopExp_Explorer it(face, TopAbs_EDGE); it.More(); it.Next()) {
+            const TopoDS_Edge edge = TopoDS::Edge(it.Current());
+            double first = 0, last = 0;
+            const Handle(Geom2d_Curve) old = BRep_Tool::CurveOnSurface(edge, face, first, last);
+            if (std::abs(old->Value(first).Y() - side) > 1e-9 ||
+                std::abs(old->Value(last).Y() - side) > 1e-9)
+                continue;
+            const std::vector<double> shares{0.0, 0.412, 0.415, 0.419, 0.422, 1.0};
+            TColgp_Array1OfPnt2d poles(1, int(shares.size()));
+            TColStd_Array1OfReal knots(1, int(shares.size()));
+            TColStd_Array1OfInteger multiplicities(1, int(shares.size()));
+            multiplicities.Init(1);
+            multiplicities(1) = multiplicities(int(shares.size())) = 2;
+            for (std::size_t i = 0; i < shares.size(); ++i) {
+                const double t = first + shares[i] * (last - first);
+                const bool swings = i == 2 || i == 3;
+                poles(int(i) + 1) = old->Value(t).Translated({0.0, swings ? out : 0.0});
+                knots(int(i) + 1) = t;
+            }
+            BRep_Builder().UpdateEdge(
+                edge, new Geom2d_BSplineCurve(poles, knots, multiplicities, 1), face, 1e-7);
+            return face;
+        }
+        throw std::logic_error("the square has no such side");
+    };
+    const geom::Vec3 swung_to(0.4171 * side, side + 0.9 * swing, 0.0);
+    const auto distance = [&](const TopoDS_Shape& shape) {
+        return occ::CadReference(test::model_of(shape)).foot_point(swung_to).distance;
+    };
+    CHECK(distance(square(swing)) == Approx(0.0).margin(1e-9));  // what the face is as it comes
+
+    occ::ReadReport report;
+    occ::FaceOrigins origins;
+    const TopoDS_Shape healed = occ::heal(square(swing), side * M_SQRT2, 1e-3, report, origins, {});
+    CHECK(report.pcurves_projected == 1);
+    CHECK(distance(healed) == Approx(0.9 * swing));
+    REQUIRE(report.notices.size() >= 1);
+    CHECK_THAT(report.notices[0], Contains("1 trimming curves left their edges"));
+    CHECK(occ::inspect(test::model_of(healed)).valid);
+
+    // Within a quarter of the default tolerance nothing is touched.
+    occ::ReadReport untouched;
+    const TopoDS_Shape kept = occ::heal(square(2e-4), side * M_SQRT2, 1e-3, untouched, origins, {});
+    CHECK(untouched.pcurves_projected == 0);
 }

@@ -86,6 +86,7 @@ struct ReadReport {
     int slivers_dropped = 0;                               ///< loose faces without width
     int faces_turned = 0;              ///< by making orientations agree and look outward
     int edges_rejoined = 0;            ///< pairs in one place whose faces had been joined crosswise
+    int pcurves_projected = 0;         ///< that left their edges between the places of checks
     int pcurves_replaced = 0;          ///< that ran out of step with their edges after sewing
     std::vector<std::string> notices;  ///< one line each, for the user
 };

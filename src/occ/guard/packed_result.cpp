@@ -37,6 +37,7 @@ void each_report_field(Archive& archive, Report& report) {
     archive(report.slivers_dropped);
     archive(report.faces_turned);
     archive(report.edges_rejoined);
+    archive(report.pcurves_projected);
     archive(report.pcurves_replaced);
     archive(report.notices);
 }

@@ -30,6 +30,10 @@ namespace patchwright::occ {
 
 namespace {
 
+/// Of the model's size: how far a p-curve may be from its edge in any case. A quarter of the
+/// default tolerance: what is nearer decides nothing.
+constexpr double off_edge_rel = 2.5e-5;
+
 TopoDS_Shape compound_of(const std::vector<TopoDS_Shape>& shapes) {
     if (shapes.size() == 1) return shapes.front();
     BRep_Builder builder;
@@ -209,6 +213,11 @@ TopoDS_Shape keep_faces(const TopoDS_Shape& shape) {
 
 TopoDS_Shape heal(const TopoDS_Shape& shape, double size_mm, double max_tolerance_rel,
                   ReadReport& report, FaceOrigins& origins, const base::Progress& progress) {
+    report.pcurves_projected = bring_pcurves_onto_edges(shape, off_edge_rel * size_mm);
+    if (report.pcurves_projected > 0)
+        report.notices.push_back(
+            fmt::format("{} trimming curves left their edges, which are followed instead",
+                        report.pcurves_projected));
     const Bodies bodies(shape);
     std::vector<TopoDS_Shape> solids;
     std::vector<TopoDS_Shape> loose = bodies.shells;
