@@ -34,7 +34,7 @@ struct RelativeFairness {
 };
 
 struct RelativeFairnessOptions {
-    /// Lines cost most, some 500 foot points each; more than these tell nothing new.
+    /// Lines take most of the time, some 500 foot points each: fewer samples have fewer lines.
     static constexpr int samples_a_line = 83, most_lines = 240;
     int samples = 20000;  ///< on the output's faces, evenly by area
     /// Half of them along each parameter.
