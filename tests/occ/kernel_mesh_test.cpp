@@ -13,11 +13,18 @@
 #include <BRepTools.hxx>
 #include <BRep_Tool.hxx>
 #include <Geom2d_Line.hxx>
+#include <Geom_BSplineCurve.hxx>
 #include <Geom_BezierSurface.hxx>
+#include <Geom_Plane.hxx>
 #include <Poly_Triangulation.hxx>
+#include <TColStd_Array1OfInteger.hxx>
+#include <TColStd_Array1OfReal.hxx>
+#include <TColgp_Array1OfPnt.hxx>
 #include <TColgp_Array2OfPnt.hxx>
 #include <TopoDS.hxx>
 #include <catch2/catch.hpp>
+#include <gp.hxx>
+#include <gp_Pln.hxx>
 
 #include <array>
 #include <cmath>
@@ -67,10 +74,53 @@ TopoDS_Face hill_with_crossed_border() {
     return face;
 }
 
+/// A flat square of 30 mm, one of whose control points inside is 1e17 mm out of place.
+TopoDS_Face spike() {
+    TColgp_Array2OfPnt poles(1, 4, 1, 4);
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j)
+            poles.SetValue(i + 1, j + 1, gp_Pnt(10 * i, 10 * j, i == 1 && j == 1 ? 1e17 : 0.0));
+    return BRepBuilderAPI_MakeFace(new Geom_BezierSurface(poles), 1e-7).Face();
+}
+
+/// A square of 100 mm; one side is a saw of half as many teeth as an edge may have nodes.
+TopoDS_Face sawn_square() {
+    const int corners = occ::most_edge_nodes + 2;
+    TColgp_Array1OfPnt poles(1, corners);
+    TColStd_Array1OfReal knots(1, corners);
+    TColStd_Array1OfInteger multiplicities(1, corners);
+    for (int i = 1; i <= corners; ++i) {
+        const double at = double(i - 1) / (corners - 1);
+        poles.SetValue(i, gp_Pnt(100 * at, i % 2 == 0 ? -1.0 : 0.0, 0));
+        knots.SetValue(i, at);
+        multiplicities.SetValue(i, i == 1 || i == corners ? 2 : 1);
+    }
+    const gp_Pnt end = poles.Last(), above(100, 100, 0), left(0, 100, 0);
+    BRepBuilderAPI_MakeWire wire(
+        BRepBuilderAPI_MakeEdge(new Geom_BSplineCurve(poles, knots, multiplicities, 1)).Edge(),
+        BRepBuilderAPI_MakeEdge(end, above).Edge(), BRepBuilderAPI_MakeEdge(above, left).Edge(),
+        BRepBuilderAPI_MakeEdge(left, poles.First()).Edge());
+    return BRepBuilderAPI_MakeFace(new Geom_Plane(gp_Pln(gp::XOY())), wire.Wire()).Face();
+}
+
 int count_nodes(const TopoDS_Face& face) {
     TopLoc_Location location;
     const Handle(Poly_Triangulation) mesh = BRep_Tool::Triangulation(face, location);
     return mesh.IsNull() ? 0 : mesh->NbNodes();
+}
+
+IMeshTools_Parameters parameters_of(double deflection_mm) {
+    IMeshTools_Parameters parameters;
+    parameters.Deflection = deflection_mm;
+    parameters.Angle = 0.3;
+    return parameters;
+}
+
+int limited_nodes_of(const TopoDS_Face& face, double deflection_mm) {
+    occ::mesh_faces(face, parameters_of(deflection_mm));
+    const int nodes = count_nodes(face);
+    BRepTools::Clean(face);
+    return nodes;
 }
 
 struct Nodes {
@@ -78,14 +128,9 @@ struct Nodes {
 };
 
 Nodes nodes_of(const TopoDS_Face& face, double deflection_mm) {
-    IMeshTools_Parameters parameters;
-    parameters.Deflection = deflection_mm;
-    parameters.Angle = 0.3;
     Nodes result{};
-    occ::mesh_faces(face, parameters);
-    result.limited = count_nodes(face);
-    BRepTools::Clean(face);
-    const BRepMesh_IncrementalMesh mesher(face, parameters);
+    result.limited = limited_nodes_of(face, deflection_mm);
+    const BRepMesh_IncrementalMesh mesher(face, parameters_of(deflection_mm));
     result.kernel = count_nodes(face);
     BRepTools::Clean(face);
     return result;
@@ -131,4 +176,20 @@ TEST_CASE("a face whose border crosses itself is not refined pass by pass", "[oc
         const geom::Vec3 on_hill(x, 30 * v, 180 * u * (1 - u) * v * (1 - v));
         CHECK(reference.foot_point(on_hill).distance < 1e-9);
     }
+}
+
+TEST_CASE("a spike is triangulated in bounded work", "[occ][mesh]") {
+    // The kernel asks for 188,223 by 188,223 cells, into each of which it puts a large circle.
+    CHECK(limited_nodes_of(spike(), 0.01) > 50);
+}
+
+TEST_CASE("a face with an edge that winds too often is left to its surface", "[occ][mesh]") {
+    // The kernel compares each node with those near it: two minutes for a file whose trimming curve
+    // has one wrong number and 20,000 nodes.
+    const TopoDS_Face face = sawn_square();
+    CHECK(limited_nodes_of(face, 0.01) == 0);
+
+    const occ::CadReference reference(test::model_of(face), {.deflection_rel = 1e-4});
+    for (const double x : {8.0, 50.0, 92.0})
+        CHECK(std::abs(reference.foot_point({x, 40, 5}).distance - 5.0) < 1e-9);
 }
