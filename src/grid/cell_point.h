@@ -23,4 +23,9 @@ inline CellPoint cell_point(const Block& block, const Eigen::Vector2d& at) {
             std::clamp(at.y() - row, 0.0, 1.0)};
 }
 
+/// As a point of its face, seen from the face's first corner.
+inline CellPoint cell_point(const mesh::Topology& topology, const subd::Location& at) {
+    return {0, topology.corners(at.face)[0], at.u, at.v};
+}
+
 }  // namespace patchwright::grid

@@ -1,5 +1,6 @@
 #include "grid/cell_point.h"
 #include "grid/limit_face.h"
+#include "grid/moved_points.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
@@ -68,6 +69,12 @@ Frame frame_of(const Block& block, const std::array<Side, 4>& sides) {
             sides[1].parameters, double(block.columns),          double(block.rows)};
 }
 
+/// @throw InvalidArgument for plans whose points are not where these say
+void require_parameters(const Plan& plan) {
+    if (!plan.moved.empty())
+        throw base::InvalidArgument("points of a smoothed grid have places, no block parameters");
+}
+
 std::array<Side, 4> sides_of(const Plan& plan, const Block& block) {
     return {side_of(plan, block, 0), side_of(plan, block, 1), side_of(plan, block, 2),
             side_of(plan, block, 3)};
@@ -108,11 +115,13 @@ BlockEvaluator::BlockEvaluator(const Plan& plan) : plan_(plan), state_(std::make
 BlockEvaluator::~BlockEvaluator() = default;
 
 Eigen::Vector2d BlockEvaluator::parameters(int block, int i, int j) const {
+    require_parameters(plan_);
     const Block& b = plan_.layout.blocks.at(std::size_t(block));
     return frame_of(b, sides_of(plan_, b)).at(i, j);
 }
 
 std::vector<Eigen::Vector2d> BlockEvaluator::parameters(int block) const {
+    require_parameters(plan_);
     const Block& b = plan_.layout.blocks.at(std::size_t(block));
     const Frame frame = frame_of(b, sides_of(plan_, b));
     std::vector<Eigen::Vector2d> all;
@@ -130,8 +139,10 @@ BlockPoints BlockEvaluator::evaluate(int block) const {
 
 void BlockEvaluator::places(int number, BlockPlaces& places) const {
     const Block& block = plan_.layout.blocks.at(std::size_t(number));
-    const Frame frame = frame_of(block, sides_of(plan_, block));
-    const std::size_t ni = frame.low_i.size(), count = ni * frame.low_j.size();
+    const bool moved = !plan_.moved.empty();
+    const Frame frame = moved ? Frame{} : frame_of(block, sides_of(plan_, block));
+    const auto [columns, rows] = plan_.size(number);
+    const std::size_t ni = std::size_t(columns), count = ni * std::size_t(rows);
     const bool with_sectors = !plan_.layout.given->all_quads();
     places.faces.resize(count);
     places.u.resize(count);
@@ -139,7 +150,9 @@ void BlockEvaluator::places(int number, BlockPlaces& places) const {
     places.sectors.resize(with_sectors ? count : 0);
     base::parallel_for(count, points_a_task, [&](std::size_t first, std::size_t last) {
         for (std::size_t n = first; n < last; ++n) {
-            const CellPoint p = cell_point(block, frame.at(int(n % ni), int(n / ni)));
+            const CellPoint p =
+                moved ? cell_point(*plan_.layout.cage.topology, plan_.moved[std::size_t(number)][n])
+                      : cell_point(block, frame.at(int(n % ni), int(n / ni)));
             const subd::Location place = place_on_given(plan_.layout, p.cell, p.i, p.j);
             places.faces[n] = place.face.value;
             places.u[n] = place.u;
@@ -153,6 +166,10 @@ void BlockEvaluator::evaluate(int number, BlockPoints& points) const {
     if (number < 0 || number >= static_cast<int>(plan_.layout.blocks.size())) {
         throw base::InvalidArgument(fmt::format("block {} does not exist; there are {}", number,
                                                 plan_.layout.blocks.size()));
+    }
+    if (!plan_.moved.empty()) {
+        evaluate_moved(plan_, number, state_->table, points);
+        return;
     }
     const Block& block = plan_.layout.blocks[std::size_t(number)];
     const std::array<Side, 4> sides = sides_of(plan_, block);

@@ -25,6 +25,10 @@ class FrontMesh {
     [[nodiscard]] const std::vector<std::int32_t>& numbers(int block) const {
         return numbers_[std::size_t(block)];
     }
+    /// Of the points of a block edge, along it.
+    [[nodiscard]] const std::vector<std::int32_t>& on_edge(int edge) const {
+        return on_edge_[std::size_t(edge)];
+    }
     [[nodiscard]] const geom::Points& surface() const { return surface_; }
     /// Unit normal of the plane that the point must stay in; zero for others.
     [[nodiscard]] const geom::Vec3& plane(std::size_t point) const { return planes_[point]; }

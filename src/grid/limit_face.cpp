@@ -38,6 +38,21 @@ geom::Vec3 bicubic(const geom::Points& control, double u, double v) {
     return {x, y, z};
 }
 
+/// Derivatives of the basis.
+Eigen::Vector4d slopes(double t) {
+    const double s = 1.0 - t;
+    return {-0.5 * s * s, t * (1.5 * t - 2.0), -s * (1.5 * s - 2.0), 0.5 * t * t};
+}
+
+geom::Vec3 combined(const geom::Points& control, const Eigen::Vector4d& along_u,
+                    const Eigen::Vector4d& along_v) {
+    geom::Vec3 sum = geom::Vec3::Zero();
+    for (Eigen::Index a = 0; a < 4; ++a)
+        for (Eigen::Index b = 0; b < 4; ++b)
+            sum += along_u[a] * along_v[b] * control.row(4 * a + b).transpose();
+    return sum;
+}
+
 }  // namespace
 
 LimitFace::LimitFace(subd::RingTable& table, const mesh::Cage& cage, mesh::FaceId face) {
@@ -60,27 +75,51 @@ LimitFace::Node LimitFace::make_node(const subd::RingKind& kind, geom::Points co
     return node;
 }
 
-geom::Vec3 LimitFace::at(double u, double v) {
-    std::size_t n = 0;
+LimitFace::Piece LimitFace::piece_at(double u, double v) {
+    Piece piece{0, u, v, 1.0};
     for (int depth = 0;; ++depth) {
-        if (nodes_[n].kind->is_regular()) return bicubic(nodes_[n].control, u, v);
-        const bool right = u > 0.5, top = v > 0.5;
+        if (nodes_[piece.node].kind->is_regular() || depth == deepest) return piece;
+        if ((piece.u == 0.0 || piece.u == 1.0) && (piece.v == 0.0 || piece.v == 1.0)) return piece;
+        const bool right = piece.u > 0.5, top = piece.v > 0.5;
         const int i = top ? (right ? 2 : 3) : (right ? 1 : 0);
-        const bool at_corner = (u == 0.0 || u == 1.0) && (v == 0.0 || v == 1.0);
-        if (depth == deepest || at_corner) {
-            const subd::RingMask mask = subd::ring_mask(*nodes_[n].kind, u, v);
-            return (mask.rows.row(0) * nodes_[n].control).transpose();
-        }
-        if (nodes_[n].child[std::size_t(i)] < 0) {
-            const subd::RingKind::Child& child = nodes_[n].kind->child(i);
-            Node next = make_node(*child.kind, child.matrix.apply(nodes_[n].control));
-            nodes_[n].child[std::size_t(i)] = static_cast<std::int32_t>(nodes_.size());
+        if (nodes_[piece.node].child[std::size_t(i)] < 0) {
+            const subd::RingKind::Child& child = nodes_[piece.node].kind->child(i);
+            Node next = make_node(*child.kind, child.matrix.apply(nodes_[piece.node].control));
+            nodes_[piece.node].child[std::size_t(i)] = static_cast<std::int32_t>(nodes_.size());
             nodes_.push_back(std::move(next));
         }
-        n = std::size_t(nodes_[n].child[std::size_t(i)]);
-        u = 2.0 * u - (right ? 1.0 : 0.0);
-        v = 2.0 * v - (top ? 1.0 : 0.0);
+        piece = {std::size_t(nodes_[piece.node].child[std::size_t(i)]),
+                 2.0 * piece.u - (right ? 1.0 : 0.0), 2.0 * piece.v - (top ? 1.0 : 0.0),
+                 2.0 * piece.scale};
     }
+}
+
+geom::Vec3 LimitFace::at(double u, double v) {
+    const Piece piece = piece_at(u, v);
+    const Node& node = nodes_[piece.node];
+    if (node.kind->is_regular()) return bicubic(node.control, piece.u, piece.v);
+    const subd::RingMask mask = subd::ring_mask(*node.kind, piece.u, piece.v);
+    return (mask.rows.row(0) * node.control).transpose();
+}
+
+LimitFace::Tangents LimitFace::tangents(double u, double v) {
+    const Piece piece = piece_at(u, v);
+    const Node& node = nodes_[piece.node];
+    Tangents result;
+    if (node.kind->is_regular()) {
+        const Eigen::Vector4d bu(Basis(piece.u).value), bv(Basis(piece.v).value);
+        const Eigen::Vector4d du = slopes(piece.u), dv = slopes(piece.v);
+        result = {combined(node.control, bu, bv), combined(node.control, du, bv),
+                  combined(node.control, bu, dv)};
+    } else {
+        const subd::RingMask mask = subd::ring_mask(*node.kind, piece.u, piece.v, 0, 1);
+        result = {(mask.rows.row(0) * node.control).transpose(),
+                  (mask.rows.row(1) * node.control).transpose(),
+                  (mask.rows.row(2) * node.control).transpose()};
+    }
+    result.du *= piece.scale;
+    result.dv *= piece.scale;
+    return result;
 }
 
 }  // namespace patchwright::grid

@@ -20,6 +20,13 @@ class LimitFace {
     /// @pre 0 <= u, v <= 1
     [[nodiscard]] geom::Vec3 at(double u, double v);
 
+    struct Tangents {
+        geom::Vec3 point, du, dv;
+    };
+    /// The same point with its derivatives; at an extraordinary vertex, where there are none,
+    /// directions in their place, or zero.
+    [[nodiscard]] Tangents tangents(double u, double v);
+
   private:
     struct Node {
         const subd::RingKind* kind = nullptr;
@@ -27,6 +34,13 @@ class LimitFace {
         geom::Points control;
         std::array<std::int32_t, 4> child{-1, -1, -1, -1};
     };
+    /// The piece that holds a point, and the point's place in it.
+    struct Piece {
+        std::size_t node;
+        double u, v;
+        double scale;  ///< of derivatives by the piece's parameters
+    };
+    [[nodiscard]] Piece piece_at(double u, double v);
     [[nodiscard]] Node make_node(const subd::RingKind& kind, geom::Points control) const;
 
     std::vector<Node> nodes_;

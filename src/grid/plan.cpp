@@ -3,6 +3,7 @@
 #include "grid/line_density.h"
 #include "grid/line_ends.h"
 #include "grid/memory.h"
+#include "grid/moved_points.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
@@ -321,7 +322,7 @@ Plan make_plan(const BlockLayout& layout, const PlanOptions& options) {
     check_memory(layout, specs);
     const auto corners = corner_points(layout, limit);
     const mesh::Topology& t = *layout.cage.topology;
-    Plan plan{layout, std::vector<EdgePoints>(layout.edges.size())};
+    Plan plan{layout, std::vector<EdgePoints>(layout.edges.size()), {}};
     base::parallel_for(measures.size(), 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t e = first; e < last; ++e) {
             EdgePoints& edge = plan.edges[e];
@@ -344,6 +345,10 @@ Plan with_points(const Plan& plan, const geom::Points& points) {
     mesh::Cage& cage = result.layout.cage;
     cage.points =
         cage.topology == given ? points : subd::refine(mesh::Cage{given, points}, 1).points;
+    if (!result.moved.empty()) {
+        evaluate_moved_edges(result);
+        return result;
+    }
     const subd::LimitEvaluator limit(cage.topology);
     const auto corners = corner_points(result.layout, limit);
     const mesh::Topology& t = *cage.topology;
@@ -358,32 +363,6 @@ Plan with_points(const Plan& plan, const geom::Points& points) {
         }
     });
     return result;
-}
-
-Plan coarsened(const Plan& plan, int levels) {
-    if (levels < 0 || levels > 16) {
-        throw base::InvalidArgument(fmt::format("{} levels; use 0 to 16", levels));
-    }
-    const int step = 1 << levels;
-    Plan coarse{plan.layout, {}};
-    for (std::size_t e = 0; e < plan.edges.size(); ++e) {
-        const EdgePoints& fine = plan.edges[e];
-        if (fine.cells() % step != 0) {
-            throw base::UsageError(
-                fmt::format("block edge {} has {} cells, no multiple of {}; make the grid with "
-                            "more levels",
-                            e, fine.cells(), step));
-        }
-        EdgePoints edge;
-        edge.length_mm = fine.length_mm;
-        edge.points.resize(fine.cells() / step + 1, 3);
-        for (int k = 0; k <= fine.cells(); k += step) {
-            edge.parameters.push_back(fine.parameters[std::size_t(k)]);
-            edge.points.row(k / step) = fine.points.row(k);
-        }
-        coarse.edges.push_back(std::move(edge));
-    }
-    return coarse;
 }
 
 }  // namespace patchwright::grid

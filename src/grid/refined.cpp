@@ -75,6 +75,8 @@ Plan refined(const Plan& plan, const LineError& error, double limit, const Refin
         throw base::InvalidArgument(
             fmt::format("the error's limit is {}; it must be positive", limit));
     }
+    if (!plan.moved.empty())
+        throw base::InvalidArgument("a smoothed plan cannot be refined; smooth it afterwards");
     const LineClasses classes = line_classes(plan.layout);
     Plan result = plan;
     for (int round = 0; round < options.max_rounds; ++round) {

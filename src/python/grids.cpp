@@ -7,6 +7,7 @@
 #include <patchwright/adapt/write.h>
 #include <patchwright/grid/layers.h>
 #include <patchwright/grid/rules.h>
+#include <patchwright/grid/smooth.h>
 #include <patchwright/grid/write.h>
 #include <patchwright/report/run_report.h>
 #include <patchwright/subd/normal_control.h>
@@ -134,6 +135,7 @@ struct GridOptions {
     int coarsen = 0;
     std::optional<adapt::Criteria> refinement;
     std::optional<grid::LayerOptions> layers;
+    bool smooth = false;
     bool is_local = false;
     base::Progress progress;
 };
@@ -150,14 +152,16 @@ std::unique_ptr<Grid> make_grid(const mesh::Cage& cage, GridOptions wanted) {
         }
     }
     auto made = std::make_unique<Grid>();
-    made->plan = grid::coarsened(grid::make_plan(layout, wanted.plan), wanted.coarsen);
+    made->plan = grid::make_plan(layout, wanted.plan);
+    if (wanted.refinement && !wanted.is_local)
+        made->plan = adapt::refined(made->plan, *wanted.refinement, {.progress = wanted.progress});
+    if (wanted.smooth) made->plan = grid::smoothed(made->plan, {.progress = wanted.progress});
+    made->plan = grid::coarsened(made->plan, wanted.coarsen);
     if (wanted.is_local) {
         made->local =
             adapt::refined_locally(made->plan, *wanted.refinement, {.progress = wanted.progress});
         return made;
     }
-    if (wanted.refinement)
-        made->plan = adapt::refined(made->plan, *wanted.refinement, {.progress = wanted.progress});
     if (wanted.layers)
         made->points = std::make_unique<grid::LayerGrid>(made->plan, *wanted.layers);
     else
@@ -202,6 +206,7 @@ Planned plan_grid(const mesh::Cage& cage, const Options& options, Call& call) {
         .diagonal_mm = diagonal,
         .refinement = criteria(options, diagonal),
         .layers = layer_options(options, diagonal),
+        .smooth = options.flag("smooth"),
         .is_local = options.text("hanging_nodes").has_value(),
         .progress = call.progress()};
     if (wanted.is_local && !wanted.refinement)
@@ -210,6 +215,10 @@ Planned plan_grid(const mesh::Cage& cage, const Options& options, Call& call) {
     if (wanted.is_local && wanted.layers)
         throw base::UsageError(
             "hanging_nodes and layers do not go together: layers grow on whole lines");
+    if (wanted.is_local && wanted.smooth)
+        throw base::UsageError(
+            "hanging_nodes and smooth do not go together: single cells are divided by their "
+            "parameters");
     wanted.coarsen = options.integer("coarsen", 0, wanted.plan.levels).value_or(0);
     if (wanted.layers) wanted.layers->progress = call.progress();
     const bool is_volume = wanted.layers.has_value();

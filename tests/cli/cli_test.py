@@ -68,6 +68,19 @@ class Grids(CliTest):
         self.assertEqual(report["negative_volumes"], 0)
         self.assertEqual(report["points"], 6 * 17 * 17 * 9)
 
+    def test_smooth(self):
+        """The junction's angles before and after; coarser grids are parts of finer ones, layers grow from the points."""
+        cage, angles = SAMPLES / "wing_fuselage" / "smooth.obj", []
+        for smooth in ([], ["--smooth"]):
+            result = run("grid", cage, "-o", self.path("a.xyz"), "--size", "60mm", *smooth, "--json", self.path("r.json"))
+            self.assertEqual(result.returncode, 0, result.stderr)
+            angles.append(json.loads(self.path("r.json").read_text())["grid"]["min_angle_deg"]["worst"])
+        self.assertLess(angles[0], 35)
+        self.assertGreater(angles[1], 55)
+        result = run("grid", cage, "-o", self.path("b.cgns"), "--size", "60mm", "--levels", 1, "--coarsen", 1, "--smooth",
+                     "--layers", 3, "--layer-height", "1mm")
+        self.assertEqual(result.returncode, 0, result.stderr)
+
     def test_refused(self):
         cage = WING / "wing_cage.obj"
         out = self.path("out.cgns", "old")

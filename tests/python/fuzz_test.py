@@ -72,7 +72,7 @@ def good_calls(folder):
         (transfer.apply, {"values": CUBE_POINTS}),
         (transfer.apply_transposed, {"values": CUBE_POINTS}),
         (pw.morph, {"cage": cage, "transfer": transfer, "displacements": CUBE_POINTS}),
-        (pw.grid_blocks, {"cage": cage, "points": 3, "blocks": "faces", "join": True, "curvature": False}),
+        (pw.grid_blocks, {"cage": cage, "points": 3, "blocks": "faces", "join": True, "curvature": False, "smooth": True}),
         (pw.grid_places, {"cage": cage, "points": 3, "spacing": "cosine", "rules": [], "size_field": [[0, 0, 0, 1.0]]}),
         (pw.set_thread_count, {"threads": 2}),
     ]

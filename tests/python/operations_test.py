@@ -151,6 +151,20 @@ class AsTheCommandLine(ModuleTest):
             with self.assertRaisesRegex(pw.PatchwrightError, part):
                 pw.grid(cage, b, **{"hanging_nodes": "quads", **wrong})
 
+    def test_smooth_grid(self):
+        """As the command line's; places give the points."""
+        cage = pw.Cage.read(SAMPLES / "wing_fuselage" / "smooth.obj")
+        report = self.report("grid", SAMPLES / "wing_fuselage" / "smooth.obj", "-o", self.folder / "a.xyz", "--size", "90mm", "--smooth")
+        self.check_same(pw.grid(cage, self.folder / "b.xyz", size=90, smooth=True), report)
+        self.assertEqual((self.folder / "a.xyz").read_bytes(), (self.folder / "b.xyz").read_bytes())
+        blocks, places = (f(cage, size=90, smooth=True) for f in (pw.grid_blocks, pw.grid_places))
+        for name, points in blocks.items():
+            at = places[name]
+            again = cage.evaluate(at.faces.ravel(), at.uv.reshape(-1, 2))
+            np.testing.assert_allclose(again.reshape(-1, 3), points.reshape(-1, 3), atol=1e-9)
+        with self.assertRaisesRegex(pw.UsageError, "smooth"):
+            pw.grid(cage, self.folder / "c.vtu", smooth=True, hanging_nodes="quads", size_field=[[0, 0, 0, 9.0]])
+
     def test_morph(self):
         """Affine motions exactly; cages and forces as the command line's, and their work."""
         cage = pw.Cage.read(WING / "wing_cage.obj")

@@ -8,6 +8,7 @@
 #include <patchwright/base/error.h>
 #include <patchwright/grid/layers.h>
 #include <patchwright/grid/rules.h>
+#include <patchwright/grid/smooth.h>
 #include <patchwright/grid/write.h>
 #include <patchwright/measure/verdict.h>
 #include <patchwright/subd/normal_control.h>
@@ -31,6 +32,7 @@ struct GridOptions {
     std::string cage_unit = "mm", unit = "mm";
     BlockArguments blocks;
     int levels = 0, coarsen = 0;
+    bool smooth = false;
     std::string law = "uniform";
     bool curvature = false;
     std::string first_cell;
@@ -138,6 +140,10 @@ void check_options(const GridOptions& options) {
     if (!options.hanging_nodes.empty() && options.layers > 0)
         throw base::UsageError(
             "--hanging-nodes and --layers do not go together: layers grow on whole lines");
+    if (!options.hanging_nodes.empty() && options.smooth)
+        throw base::UsageError(
+            "--hanging-nodes and --smooth do not go together: single cells are divided by their "
+            "parameters");
     if (options.coarsen > options.levels)
         throw base::UsageError(fmt::format("--coarsen {} needs --levels {} or more",
                                            options.coarsen, options.coarsen));
@@ -231,12 +237,15 @@ int make_grid(const GridOptions& options) {
     if (!options.rules.empty()) {
         wanted.rules = read_rules(options.rules, layout, cage_unit, diagonal);
     }
-    grid::Plan plan = about_input(options.cage, [&] {
-        return grid::coarsened(grid::make_plan(layout, wanted), options.coarsen);
-    });
+    grid::Plan plan = about_input(options.cage, [&] { return grid::make_plan(layout, wanted); });
     const auto criteria = read_criteria(options, cage_unit, diagonal);
     if (criteria && !is_local) plan = adapt::refined(plan, *criteria, {.progress = run.progress()});
     run.end_stage("plan");
+    if (options.smooth) {
+        plan = grid::smoothed(plan, {.progress = run.progress()});
+        run.end_stage("smooth");
+    }
+    plan = about_input(options.cage, [&] { return grid::coarsened(plan, options.coarsen); });
 
     run.report.grid = is_local ? write_cells(run, options, plan, *criteria, write.unit)
                                : write_blocks(run, options, plan, diagonal, write);
@@ -257,6 +266,10 @@ void add_level_options(CLI::App& command, GridOptions& options) {
 }
 
 void add_spacing_options(CLI::App& command, GridOptions& options) {
+    command.add_flag("--smooth", options.smooth,
+                     "let points slide on the surface until angles are near right ones, and those "
+                     "around an extraordinary vertex alike; points of creases and borders stay on "
+                     "these");
     command.add_option("--spacing", options.law, "uniform, geometric, tanh or cosine")
         ->check(CLI::IsMember({"uniform", "geometric", "tanh", "cosine"}).description(""))
         ->capture_default_str();

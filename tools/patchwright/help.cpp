@@ -99,6 +99,7 @@ const std::map<std::string, Described> descriptions{
     {"--curvature", {"Blocks and spacing", ""}},
     {"--first-cell", {"Blocks and spacing", "LENGTH"}},
     {"--cluster", {"Blocks and spacing", "FAMILY:FAMILY=LENGTH"}},
+    {"--smooth", {"Blocks and spacing", ""}},
     {"--size-field", {"Refinement", "FILE.csv|.vtu"}},
     {"--size-array", {"Refinement", "NAME"}},
     {"--sensor", {"Refinement", "FILE.csv|.vtu"}},

@@ -65,6 +65,9 @@ struct EdgePoints {
 struct Plan {
     BlockLayout layout;
     std::vector<EdgePoints> edges;
+    /// Of a plan that was smoothed: per block the places on layout.cage of all its points, i
+    /// fastest, those on its sides too. Else empty: points are where the edges' parameters say.
+    std::vector<std::vector<subd::Location>> moved;
 
     /// Points of a block along i and j.
     [[nodiscard]] std::array<int, 2> size(int block) const;

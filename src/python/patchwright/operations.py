@@ -25,7 +25,7 @@ __all__ = ["GridPlaces", "compare", "convert", "export", "fit", "grid", "grid_bl
 _LENGTHS = {"tolerance", "size", "first_cell", "layer_height", "thickness", "smallest"}
 _NUMBERS = {"time_limit", "target_faces", "max_levels", "samples", "cap_depth", "points", "levels", "coarsen", "layers",
             "growth", "sensor_jump"}
-_FLAGS = {"join", "curvature", "interpolate"}
+_FLAGS = {"join", "curvature", "smooth", "interpolate"}
 
 
 Rules = Union[Sequence[Mapping[str, Any]], str, "os.PathLike[str]"]
@@ -191,7 +191,7 @@ def inspect(model: ModelLike, *, progress: Progress = None, cancel: Event | None
 
 def grid(cage: Cage | str | os.PathLike[str], output: str | os.PathLike[str], *, blocks: str = "groups",
          join: bool = False, size: Length | None = None, points: int = 17, levels: int = 0, coarsen: int = 0,
-         spacing: str = "uniform", curvature: bool = False, first_cell: Length | None = None,
+         spacing: str = "uniform", curvature: bool = False, smooth: bool = False, first_cell: Length | None = None,
          clusters: Sequence[str] = (), rules: Rules | None = None, size_field: npt.ArrayLike | None = None,
          sensor: npt.ArrayLike | None = None, sensor_jump: float = 0.05, smallest: Length | None = None, hanging_nodes: str | None = None,
          layers: int = 0, layer_height: Length | None = None, thickness: Length | None = None, growth: float = 1.2, unit: str = "mm", form: str = "binary",
@@ -208,7 +208,7 @@ def grid(cage: Cage | str | os.PathLike[str], output: str | os.PathLike[str], *,
     """
     path = _output(output, [cage])
     options = _options(blocks=blocks, join=join, size=size, points=points, levels=levels,
-                             coarsen=coarsen, spacing=spacing, curvature=curvature,
+                             coarsen=coarsen, spacing=spacing, curvature=curvature, smooth=smooth,
                              first_cell=first_cell, clusters=clusters, rules=rules,
                              size_field=size_field, sensor=sensor, sensor_jump=sensor_jump, smallest=smallest,
                              hanging_nodes=hanging_nodes, layers=layers,
@@ -220,7 +220,7 @@ def grid(cage: Cage | str | os.PathLike[str], output: str | os.PathLike[str], *,
 
 def grid_blocks(cage: Cage | str | os.PathLike[str], *, blocks: str = "groups", join: bool = False,
                 size: Length | None = None, points: int = 17, levels: int = 0, coarsen: int = 0,
-                spacing: str = "uniform", curvature: bool = False, first_cell: Length | None = None,
+                spacing: str = "uniform", curvature: bool = False, smooth: bool = False, first_cell: Length | None = None,
                 clusters: Sequence[str] = (), rules: Rules | None = None,
                 size_field: npt.ArrayLike | None = None, sensor: npt.ArrayLike | None = None, sensor_jump: float = 0.05,
                 smallest: Length | None = None, layers: int = 0, layer_height: Length | None = None,
@@ -228,7 +228,7 @@ def grid_blocks(cage: Cage | str | os.PathLike[str], *, blocks: str = "groups", 
                 cancel: Event | None = None) -> dict[str, Floats]:
     """The same grid in memory: by name of its block, points of shape (ni, nj, 3), with layers (ni, nj, nk, 3), mm."""
     options = _options(blocks=blocks, join=join, size=size, points=points, levels=levels,
-                             coarsen=coarsen, spacing=spacing, curvature=curvature,
+                             coarsen=coarsen, spacing=spacing, curvature=curvature, smooth=smooth,
                              first_cell=first_cell, clusters=clusters, rules=rules,
                              size_field=size_field, sensor=sensor, sensor_jump=sensor_jump, smallest=smallest, layers=layers,
                              layer_height=layer_height, thickness=thickness, growth=growth)
@@ -248,14 +248,14 @@ class GridPlaces(NamedTuple):
 
 def grid_places(cage: Cage | str | os.PathLike[str], *, blocks: str = "groups", join: bool = False,
                 size: Length | None = None, points: int = 17, levels: int = 0, coarsen: int = 0,
-                spacing: str = "uniform", curvature: bool = False, first_cell: Length | None = None,
+                spacing: str = "uniform", curvature: bool = False, smooth: bool = False, first_cell: Length | None = None,
                 clusters: Sequence[str] = (), rules: Rules | None = None,
                 size_field: npt.ArrayLike | None = None, sensor: npt.ArrayLike | None = None, sensor_jump: float = 0.05,
                 smallest: Length | None = None, progress: Progress = None,
                 cancel: Event | None = None) -> dict[str, GridPlaces]:
     """Where on the cage the points of grid_blocks() lie: for derivatives, and for the same grid on a changed cage."""
     options = _options(blocks=blocks, join=join, size=size, points=points, levels=levels,
-                             coarsen=coarsen, spacing=spacing, curvature=curvature,
+                             coarsen=coarsen, spacing=spacing, curvature=curvature, smooth=smooth,
                              first_cell=first_cell, clusters=clusters, rules=rules, size_field=size_field, sensor=sensor, sensor_jump=sensor_jump, smallest=smallest)
     found = _core.grid_places(_cage_of(cage), options, _checks.callback(progress, cancel))
     return {name: GridPlaces(*places) for name, places in found}
