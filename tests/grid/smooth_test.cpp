@@ -107,6 +107,14 @@ TEST_CASE("points of sharp edges walk along them", "[grid][oracle]") {
         here = next;
     }
     CHECK(std::abs(turned) > 2.0 * M_PI);
+
+    // Other points end there.
+    const subd::Location middle{mesh::FaceId{0}, 0.5, 0.5};
+    for (const Vec3& over : {Vec3(1.5, 0.3, 0), Vec3(-1.5, 0.1, 0), Vec3(0.2, 1.5, 0)}) {
+        const subd::Location end = walk.moved(middle, over);
+        CHECK(end.face == middle.face);
+        CHECK(std::min({end.u, end.v, 1.0 - end.u, 1.0 - end.v}) == 0.0);
+    }
 }
 
 TEST_CASE("derivatives of the energy are those of its differences", "[grid][oracle]") {
@@ -232,6 +240,21 @@ TEST_CASE("borders and sharp edges keep their points, corners theirs", "[grid]")
         }
     }
     CHECK(on_features > 20);
+
+    const auto before = grid::measure_quality(grid::SurfaceGrid(plan)).extraordinary;
+    const auto after = grid::measure_quality(grid::SurfaceGrid(moved)).extraordinary;
+    REQUIRE(after.size() == before.size());
+    int stayed = 0;
+    for (std::size_t k = 0; k < before.size(); ++k) {
+        mesh::CornerId c = t.corner(before[k].vertex);
+        bool on_crease = false;
+        for (int n = 0; n < before[k].cells; ++n, c = t.rotate(c))
+            on_crease = on_crease || grid::is_feature(t, c);
+        CHECK(((after[k].at - before[k].at).norm() < 1e-9) == on_crease);
+        stayed += on_crease ? 1 : 0;
+    }
+    CHECK(stayed > 0);
+    CHECK(stayed < int(before.size()));
 }
 
 TEST_CASE("the same bits with any number of threads", "[grid]") {
