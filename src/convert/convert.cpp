@@ -202,6 +202,9 @@ class AttemptRunner {
     }
 
     [[nodiscard]] fit::FitResult refitted(Attempt& attempt, const fit::FitOptions& fitting) const {
+        const auto count_folds = [&](const mesh::Cage& cage) {
+            return folds_of(make_shape(cage, options_.shape, shape_tolerance())).folded;
+        };
         check_earlier_state(attempt.cage, source_);
         std::optional<fit::ModelChange> change;
         if (const Source* earlier = options_.earlier) {
@@ -209,8 +212,9 @@ class AttemptRunner {
             change.emplace(fit::ModelState{earlier->surface(), earlier->input.file},
                            fit::ModelState{surface(), source_.input.file});
         }
-        fit::RefitResult carried =
-            fit::refit(attempt.cage, surface(), fitting, change ? &*change : nullptr);
+        fit::RefitResult carried = fit::refit(
+            attempt.cage, surface(),
+            {.fit = fitting, .change = change ? &*change : nullptr, .count_folds = count_folds});
         attempt.fit.carried = std::move(carried.stages);
         return std::move(carried.fit);
     }

@@ -27,7 +27,8 @@ FamilyMember fit_member(const mesh::Cage& cage, const std::filesystem::path& fil
                                      {.tolerance_mm = member.tolerance_mm,
                                       .cage = cage,
                                       .symmetry = options.symmetry,
-                                      .refit = true},
+                                      .refit = true,
+                                      .earlier = options.earlier},
                                      budget);
         member.attempt = std::move(fitted.attempts.front());
         std::move(fitted.notices.begin(), fitted.notices.end(), std::back_inserter(member.notices));

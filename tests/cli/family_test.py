@@ -87,6 +87,15 @@ class Families(CliTest):
         mean = [[sum(c[i][k] for c in cages) / len(cages) for k in range(3)] for i in range(len(cages[0]))]
         self.assertLess(largest_difference(points_of(out), mean), 1e-9)
 
+    def test_known_earlier_model(self):
+        """As refits with --from; another earlier model is refused."""
+        report = self.fit("--from", WING / "wing.step")
+        self.assertIn("met: 4 designs", report["verdict"]["sentence"])
+        self.report("refit", self.fitted, self.designs[1], "--from", WING / "wing.step", "-o", self.path("alone.obj"))
+        self.assertEqual(self.path("alone.obj").read_bytes(), self.path("b.obj").read_bytes())
+        self.check_refused(["family", self.fitted, self.designs[0], "--from", self.designs[2], "-o", self.path("{name}.obj")], 2,
+                           "not fitted to it", self.designs[2].name)
+
     def test_threads_do_not_matter(self):
         cages = [self.path(f"{t}_{n}.obj") for t in (1, 2) for n in "ab"]
         for threads in (1, 2):

@@ -60,7 +60,7 @@ TEST_CASE("lattices reproduce affine maps, which cost nothing", "[fit][oracle]")
 TEST_CASE("a cage that lies on the shape is not carried", "[fit][oracle]") {
     const test::Torus torus(3.0, 1.0);
     const mesh::Cage cage = fitted(test::torus(16, 10, 3.0, 1.0), torus, 1e-3);
-    const auto result = fit::refit(cage, torus, {.tolerance_mm = 1e-3});
+    const auto result = fit::refit(cage, torus, {.fit = {.tolerance_mm = 1e-3}});
     CHECK(result.stages.empty());
     CHECK(result.carried_mm == 0.0);
     CHECK(result.fit.within_tolerance);
@@ -72,13 +72,31 @@ TEST_CASE("a fitted torus is carried to one of other radii", "[fit][oracle]") {
     for (const auto& [major, minor] : {std::pair{3.6, 1.0}, {3.0, 0.7}, {2.5, 1.3}, {3.5, 1.2}}) {
         INFO(major << ", " << minor);
         const test::Torus changed(major, minor);
-        const auto result = fit::refit(cage, changed, {.tolerance_mm = 2e-3});
+        const auto result = fit::refit(cage, changed, {.fit = {.tolerance_mm = 2e-3}});
         CHECK(result.fit.within_tolerance);
         CHECK(result.fit.cage.topology == cage.topology);
         CHECK(result.fit.levels.size() == 1);
         const auto folded = measure::folded_samples(result.fit.cage, changed, 2e-3);
         CHECK(std::count(folded.begin(), folded.end(), 0) == int(folded.size()));
         CHECK(tags_of(result.fit.cage) == tags_of(cage));
+    }
+}
+
+TEST_CASE("what folds as it is written is tried anew", "[fit]") {
+    const mesh::Cage cage = fitted(test::torus(24, 16, 3.0, 1.0), test::Torus(3.0, 1.0), 1e-3);
+    const test::Torus changed(3.6, 1.0);
+    const auto alone = fit::refit(cage, changed, {.fit = {.tolerance_mm = 2e-3}});
+    for (const int folds_of_second : {0, 2}) {
+        std::vector<Points> asked;
+        const auto result = fit::refit(
+            cage, changed,
+            {.fit = {.tolerance_mm = 2e-3}, .count_folds = [&](const mesh::Cage& written) {
+                 asked.push_back(written.points);
+                 return asked.size() == 1 ? 1 : folds_of_second;
+             }});
+        REQUIRE(asked.size() == 2);
+        CHECK(asked[0] == alone.fit.cage.points);
+        CHECK(result.fit.cage.points == asked[folds_of_second == 0 ? 1 : 0]);
     }
 }
 
@@ -102,7 +120,7 @@ TEST_CASE("pinned control points are not carried", "[fit]") {
     mesh::TopologyInput tags;
     tags.pins = {0, 7};
     const mesh::Cage cage = subd::refine(test::cube(2.0, tags), 1);
-    const auto result = fit::refit(cage, test::Sphere(1.3), {.tolerance_mm = 1e-4});
+    const auto result = fit::refit(cage, test::Sphere(1.3), {.fit = {.tolerance_mm = 1e-4}});
     REQUIRE(!result.stages.empty());
     for (const mesh::VertexId v : cage.topology->vertices())
         if (cage.topology->is_pinned(v))

@@ -28,7 +28,7 @@ struct FamilyCommandOptions {
     CommonOptions common;
     FitArguments fit;
     InputOptions read;
-    std::string cage_file, output, modes_out;
+    std::string cage_file, earlier, output, modes_out;
     std::vector<std::string> designs;
     std::optional<int> modes;
 };
@@ -55,6 +55,7 @@ std::vector<std::string> output_files(const FamilyCommandOptions& options) {
 RunFiles files_of(const FamilyCommandOptions& options, const std::vector<std::string>& outputs) {
     RunFiles files{options.designs, {}};
     files.inputs.push_back(options.cage_file);
+    files.inputs.push_back(options.earlier);
     for (const std::string& file : outputs)
         files.outputs.push_back({"--output", file, OutputKind::Cage});
     files.outputs.push_back({"--modes-out", options.modes_out, OutputKind::Table});
@@ -63,13 +64,23 @@ RunFiles files_of(const FamilyCommandOptions& options, const std::vector<std::st
 
 std::vector<FamilyMember> fit_designs(Run& run, const FamilyCommandOptions& options,
                                       const mesh::Cage& cage) {
+    const base::Budget budget = run.budget(options.fit.time_limit_s);
+    std::optional<convert::Source> earlier;
+    if (!options.earlier.empty()) {
+        convert::SourceOptions reading = source_options(options.read);
+        reading.progress = budget.limited();
+        earlier = about_input(options.earlier,
+                              [&] { return convert::read_source(options.earlier, reading); });
+        for (const std::string& text : earlier->notices) run.notice(text);
+        run.end_stage("read");
+    }
     convert::FamilyOptions fitting{.tolerance = base::parse_length(options.fit.tolerance),
                                    .symmetry = options.fit.symmetry,
-                                   .reading = source_options(options.read)};
+                                   .reading = source_options(options.read),
+                                   .earlier = earlier ? &*earlier : nullptr};
     const std::vector<std::filesystem::path> designs(options.designs.begin(),
                                                      options.designs.end());
-    std::vector<FamilyMember> members =
-        convert::fit_family(cage, designs, fitting, run.budget(options.fit.time_limit_s));
+    std::vector<FamilyMember> members = convert::fit_family(cage, designs, fitting, budget);
     for (const FamilyMember& member : members)
         for (const std::string& text : member.notices)
             run.notice(text.find(member.file.string()) == std::string::npos
@@ -185,6 +196,9 @@ void register_family(CLI::App& app, int& exit_code) {
                      "control meshes of the designs (OBJ), with {name} for the names of their "
                      "files, as in 'fitted/{name}.obj'")
         ->required();
+    command->add_option("--from", options->earlier,
+                        "what the cage was fitted to, with the same faces as the designs: points "
+                        "go with these, as in refit");
     command
         ->add_option("--modes", options->modes,
                      "find so many principal components of the control points")

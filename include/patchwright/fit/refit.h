@@ -4,6 +4,7 @@
 #include <patchwright/fit/fit.h>
 #include <patchwright/fit/model_change.h>
 
+#include <functional>
 #include <vector>
 
 #pragma GCC visibility push(default)
@@ -16,6 +17,15 @@ struct WarpStage {
     int steps = 0;
     double rms_mm = 0.0, max_mm = 0.0;
     double seconds = 0.0;
+};
+
+struct RefitOptions {
+    FitOptions fit;  ///< max_levels and refinement have no effect
+    /// To the reference, from what the cage was fitted to; null: not known.
+    const ModelChange* change = nullptr;
+    /// Folded samples of what a fitted cage is written as; where it is empty, of its limit surface.
+    /// Asked for within the tolerance only.
+    std::function<int(const mesh::Cage&)> count_folds;
 };
 
 struct RefitResult {
@@ -31,11 +41,9 @@ struct RefitResult {
 /// tags. Pinned control points do not move. Where the change is known, the registration follows it
 /// first. Where the result misses or folds, it is tried without the change and with a finer
 /// lattice, and the best one is kept.
-/// @param options  as of fit(), but for max_levels and refinement, which have no effect
-/// @param change   to the reference, from what the cage was fitted to; null: not known
 /// @throw as fit()
 RefitResult refit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
-                  const FitOptions& options = {}, const ModelChange* change = nullptr);
+                  const RefitOptions& options = {});
 
 }  // namespace patchwright::fit
 #pragma GCC visibility pop
