@@ -61,6 +61,7 @@ void SlidingPoints::measure_bases(const geom::Points& normals,
             bases[p].col(0) = walk.direction(*line).normalized();
         } else if (std::holds_alternative<subd::Location>(places_[p])) {
             const Vec3 n = normals.row(Eigen::Index(p)).transpose();
+            if (n.isZero(0.0)) return;  // stays
             bases[p].col(0) = n.unitOrthogonal();
             bases[p].col(1) = n.cross(bases[p].col(0));
         }

@@ -20,6 +20,8 @@ constexpr std::size_t cells_a_task = 2048;
 constexpr double size_weight = 0.3;
 /// Sweeps in which wanted lengths become alike along the strips of cells that they lie across.
 constexpr int length_sweeps = 30;
+/// Of the longest line: lines that are shorter, as where points coincide, count as so long.
+constexpr double least_length_rel = 1e-6;
 /// Area over that wanted, below which a corner counts as folded, and has a bounded energy.
 constexpr double least_area = 1e-2;
 /// Radians; where two cells alone meet, their sides cannot turn by more.
@@ -162,8 +164,10 @@ void SmoothCells::want_lengths(const geom::Points& points) {
     std::vector<double> length(lines.size());
     for (std::size_t line = 0; line < lines.size(); ++line) {
         const auto [p, q] = lines.ends(line);
-        length[line] = std::log(std::max((at(points, p) - at(points, q)).norm(), 1e-300));
+        length[line] = (at(points, p) - at(points, q)).norm();
     }
+    const double least = least_length_rel * *std::max_element(length.begin(), length.end());
+    for (double& l : length) l = std::log(std::max(l, least));
     // Per line those opposite to it, at most two.
     std::vector<std::array<std::int32_t, 2>> opposite(lines.size(), {-1, -1});
     std::vector<std::array<std::int32_t, 4>> of_cell(cells_.size());

@@ -58,6 +58,7 @@ SmoothStep::SmoothStep(const SmoothCells& cells, const std::vector<int>& freedom
 
 geom::Points SmoothStep::solve(const geom::Points& points,
                                const std::vector<SmoothCells::Basis>& bases) {
+    if (matrix_.cols() == 0) return geom::Points::Zero(points.rows(), 3);
     Eigen::VectorXd down = Eigen::VectorXd::Zero(matrix_.rows());
     std::fill_n(matrix_.valuePtr(), matrix_.nonZeros(), 0.0);
     std::vector<SmoothCells::Derivatives> derivatives(64 * derivatives_a_task);
@@ -81,8 +82,10 @@ geom::Points SmoothStep::solve(const geom::Points& points,
             }
         }
     }
-    for (Eigen::Index k = 0; k < matrix_.cols(); ++k)
-        matrix_.valuePtr()[matrix_.outerIndexPtr()[k]] *= 1.0 + damping;
+    for (Eigen::Index k = 0; k < matrix_.cols(); ++k) {
+        double& diagonal = matrix_.valuePtr()[matrix_.outerIndexPtr()[k]];
+        diagonal = diagonal > 0.0 ? diagonal * (1.0 + damping) : 1.0;
+    }
     Eigen::ConjugateGradient<
         Eigen::SparseMatrix<double>, Eigen::Lower,
         Eigen::IncompleteCholesky<double, Eigen::Lower, Eigen::NaturalOrdering<int>>>
