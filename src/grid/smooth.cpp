@@ -135,7 +135,6 @@ class Level {
             }
             sliding_.measure_bases(cells_.point_normals(), bases);
             geom::Points by = solver.solve(points_, bases);
-            // Where nothing can move, or numbers are beyond what floating point holds.
             if (by.isZero(0.0) || !by.allFinite()) break;
             int halvings = 0;
             while (!moves(by) && halvings < most_halvings) {

@@ -93,8 +93,9 @@ geom::Points SmoothStep::solve(const geom::Points& points,
     solver.setTolerance(step_accuracy);
     solver.setMaxIterations(most_solver_steps);
     solver.compute(matrix_);
-    const Eigen::VectorXd step = solver.solve(down);
     geom::Points result = geom::Points::Zero(points.rows(), 3);
+    if (solver.info() != Eigen::Success) return result;
+    const Eigen::VectorXd step = solver.solve(down);
     for (std::size_t p = 0; p < bases.size(); ++p)
         for (std::size_t k = 0; k < 2; ++k)
             if (const std::int32_t unknown = unknowns_[2 * p + k]; unknown >= 0)

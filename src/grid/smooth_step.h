@@ -13,7 +13,8 @@ class SmoothStep {
     /// @param freedom  per point: directions that it can go, 0 to 2; its basis' first columns
     SmoothStep(const SmoothCells& cells, const std::vector<int>& freedom);
 
-    /// The step from `points` on, one row a point.
+    /// The step from `points` on, one row a point; zero where there is none, not finite where
+    /// numbers are beyond what floating point holds.
     geom::Points solve(const geom::Points& points, const std::vector<SmoothCells::Basis>& bases);
 
   private:
