@@ -4,8 +4,20 @@
 #include <patchwright/grid/layout.h>
 
 #include <algorithm>
+#include <array>
 
 namespace patchwright::grid {
+
+/// Indices of the point `n` steps along a side of a block, counter-clockwise.
+/// @param size  points of the block along i and j
+inline std::array<int, 2> on_side(const std::array<int, 2>& size, int side, int n) {
+    switch (side) {
+        case 0: return {n, 0};
+        case 1: return {size[0] - 1, n};
+        case 2: return {size[0] - 1 - n, size[1] - 1};
+        default: return {0, size[1] - 1 - n};
+    }
+}
 
 /// A point in one of a block's cells, from its lowest i and j.
 struct CellPoint {

@@ -1,6 +1,7 @@
 #include "grid/front.h"
 
 #include "geom/symmetric_eigen.h"
+#include "grid/cell_point.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -52,9 +53,7 @@ void FrontMesh::number_points(const Plan& plan) {
                 const auto& edge = on_edge_[std::size_t(use.edge)];
                 const int cells = int(edge.size()) - 1;
                 for (int k = 0; k <= cells; ++k) {
-                    const int n = begin + k;
-                    const int i = side == 0 ? n : side == 1 ? ni - 1 : side == 2 ? ni - 1 - n : 0;
-                    const int j = side == 0 ? 0 : side == 1 ? n : side == 2 ? nj - 1 : nj - 1 - n;
+                    const auto [i, j] = on_side({ni, nj}, side, begin + k);
                     numbers[std::size_t(i) + std::size_t(ni) * std::size_t(j)] =
                         edge[std::size_t(use.reversed ? cells - k : k)];
                 }
@@ -77,32 +76,32 @@ void FrontMesh::number_points(const Plan& plan) {
     }
 }
 
+std::vector<std::array<std::int32_t, 4>> FrontMesh::cells(const Plan& plan) const {
+    std::vector<std::array<std::int32_t, 4>> all;
+    all.reserve(std::size_t(plan.cell_count()));
+    for (std::size_t b = 0; b < numbers_.size(); ++b) {
+        const auto [ni, nj] = plan.size(int(b));
+        const auto at = [&, width = ni](int i, int j) {
+            return numbers_[b][std::size_t(i) + std::size_t(width) * std::size_t(j)];
+        };
+        for (int j = 0; j + 1 < nj; ++j)
+            for (int i = 0; i + 1 < ni; ++i)
+                all.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+    return all;
+}
+
 void FrontMesh::gather_corners(const Plan& plan) {
     std::vector<std::size_t> count(std::size_t(surface_.rows()) + 1, 0);
-    const auto for_cells = [&](const auto& visit) {
-        for (std::size_t b = 0; b < numbers_.size(); ++b) {
-            const auto [ni, nj] = plan.size(int(b));
-            const auto at = [&, width = ni](int i, int j) {
-                return numbers_[b][std::size_t(i) + std::size_t(width) * std::size_t(j)];
-            };
-            for (int j = 0; j + 1 < nj; ++j) {
-                for (int i = 0; i + 1 < ni; ++i) {
-                    visit(std::array{at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
-                }
-            }
-        }
-    };
-    for_cells([&](const std::array<std::int32_t, 4>& cell) {
+    const auto all = cells(plan);
+    for (const auto& cell : all)
         for (const std::int32_t p : cell) ++count[std::size_t(p) + 1];
-    });
     for (std::size_t p = 1; p < count.size(); ++p) count[p] += count[p - 1];
     begin_ = count;
     corners_.resize(begin_.back());
-    for_cells([&](const std::array<std::int32_t, 4>& cell) {
-        for (std::size_t k = 0; k < 4; ++k) {
+    for (const auto& cell : all)
+        for (std::size_t k = 0; k < 4; ++k)
             corners_[count[std::size_t(cell[k])]++] = {cell[(k + 1) % 4], cell[(k + 3) % 4]};
-        }
-    });
 }
 
 void FrontMesh::find_planes(const Plan& plan) {

@@ -25,6 +25,8 @@ class FrontMesh {
     [[nodiscard]] const std::vector<std::int32_t>& numbers(int block) const {
         return numbers_[std::size_t(block)];
     }
+    /// The points of every cell, block by block: counter-clockwise from the lowest i and j.
+    [[nodiscard]] std::vector<std::array<std::int32_t, 4>> cells(const Plan& plan) const;
     /// Of the points of a block edge, along it.
     [[nodiscard]] const std::vector<std::int32_t>& on_edge(int edge) const {
         return on_edge_[std::size_t(edge)];

@@ -1,20 +1,12 @@
 #include "grid/interfaces.h"
 
+#include "grid/cell_point.h"
+
 #include <algorithm>
 
 namespace patchwright::grid {
 
 namespace {
-
-/// The point `n` steps along a side of a block, counter-clockwise.
-std::array<int, 2> on_side(const std::array<int, 2>& size, int side, int n) {
-    switch (side) {
-        case 0: return {n, 0};
-        case 1: return {size[0] - 1, n};
-        case 2: return {size[0] - 1 - n, size[1] - 1};
-        default: return {0, size[1] - 1 - n};
-    }
-}
 
 /// The first and last point of one use of an edge, in the edge's direction.
 std::array<std::array<int, 2>, 2> ends_of(const Plan& plan, const EdgePlace& place) {

@@ -1,5 +1,6 @@
 #include "grid/moved_points.h"
 
+#include "grid/cell_point.h"
 #include "grid/limit_face.h"
 
 #include <patchwright/base/parallel.h>
@@ -46,15 +47,7 @@ void evaluate_moved_edges(Plan& plan) {
                 EdgePoints& edge = plan.edges[std::size_t(use.edge)];
                 const int cells = edge.cells();
                 for (int k = 0; k <= cells; ++k) {
-                    const int n = begin + k;
-                    const int i = side == 0   ? n
-                                  : side == 1 ? points.ni - 1
-                                  : side == 2 ? points.ni - 1 - n
-                                              : 0;
-                    const int j = side == 0   ? 0
-                                  : side == 1 ? n
-                                  : side == 2 ? points.nj - 1
-                                              : points.nj - 1 - n;
+                    const auto [i, j] = on_side({points.ni, points.nj}, side, begin + k);
                     edge.points.row(use.reversed ? cells - k : k) = points.at(i, j);
                 }
                 begin += cells;

@@ -1,3 +1,4 @@
+#include "grid/cell_point.h"
 #include "grid/quad_figures.h"
 
 #include <patchwright/base/parallel.h>
@@ -163,8 +164,7 @@ void QualityMeter::State::look_at_sides(int number, const BlockPoints& p) {
         for (int n = 1; n + 1 < length; ++n) {
             const geom::Vec3 along = at(n + 1, 0) - at(n - 1, 0);
             const double off = std::abs(angle(along, at(n, 1) - at(n, 0)) - M_PI_2);
-            const int i = side == 0 ? n : side == 1 ? p.ni - 1 : side == 2 ? p.ni - 1 - n : 0;
-            const int j = side == 0 ? 0 : side == 1 ? n : side == 2 ? p.nj - 1 : p.nj - 1 - n;
+            const auto [i, j] = on_side({p.ni, p.nj}, side, n);
             note(orthogonality, true, off, number, i, j, 0, at(n, 0));
         }
         int begin = 0;

@@ -26,6 +26,7 @@ class SlidingPoints {
     struct Fixed {
         subd::Location at;
     };
+    /// In the order of the directions that the point can go: none, one, two.
     using Place = std::variant<Fixed, LinePlace, subd::Location>;
     struct Moved {
         std::vector<Place> places;

@@ -100,19 +100,7 @@ SmoothCells::SmoothCells(const Plan& plan, const FrontMesh& mesh,
 }
 
 void SmoothCells::collect(const Plan& plan, const FrontMesh& mesh) {
-    for (std::size_t b = 0; b < plan.layout.blocks.size(); ++b) {
-        const auto [ni, nj] = plan.size(int(b));
-        const auto& numbers = mesh.numbers(int(b));
-        const auto number = [&, width = ni](int i, int j) {
-            return numbers[std::size_t(i) + std::size_t(width) * std::size_t(j)];
-        };
-        for (int j = 0; j + 1 < nj; ++j)
-            for (int i = 0; i + 1 < ni; ++i)
-                cells_.push_back(
-                    {{number(i, j), number(i + 1, j), number(i + 1, j + 1), number(i, j + 1)},
-                     {},
-                     {}});
-    }
+    for (const auto& points : mesh.cells(plan)) cells_.push_back({points, {}, {}});
     begin_.assign(point_count_ + 1, 0);
     for (const Cell& cell : cells_)
         for (const std::int32_t p : cell.points) ++begin_[std::size_t(p) + 1];

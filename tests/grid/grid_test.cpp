@@ -1,8 +1,8 @@
+#include "grid/sample_cage.h"
 #include "support/cages.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/grid/evaluate.h>
-#include <patchwright/mesh/obj.h>
 #include <patchwright/subd/limit_mask.h>
 
 #include <catch2/catch.hpp>
@@ -20,21 +20,17 @@ using grid::BlockLayout;
 using grid::BlockPoints;
 using grid::Plan;
 
-mesh::Cage sample(const std::string& name) {
-    return mesh::read_obj(std::filesystem::path(PATCHWRIGHT_SAMPLES_DIR) / name).cage;
-}
-
 /// Cages with every kind of neighbourhood.
 std::vector<mesh::Cage> cages() {
     std::vector<mesh::Cage> all{test::cube(2.0),
                                 test::torus(8, 6, 3.0, 1.0),
                                 test::grid(3, 4),
                                 test::fan(5),
-                                sample("wing/wing_cage.obj"),
-                                sample("cages/genus2.obj"),
-                                sample("cages/dish.obj"),
-                                sample("cages/cube_rim.obj"),
-                                sample("d150_wing/cage.obj")};
+                                test::sample_cage("wing/wing_cage.obj"),
+                                test::sample_cage("cages/genus2.obj"),
+                                test::sample_cage("cages/dish.obj"),
+                                test::sample_cage("cages/cube_rim.obj"),
+                                test::sample_cage("d150_wing/cage.obj")};
     for (unsigned seed = 0; seed < 6; ++seed) {
         all.push_back(test::random_cage(seed, {.open = seed % 2 == 1, .semi_sharp = true}));
     }
@@ -97,7 +93,7 @@ TEST_CASE("blocks are as few as shapes allow", "[grid]") {
 }
 
 TEST_CASE("blocks of groups hold one family each", "[grid]") {
-    const mesh::Cage wing = sample("wing/wing_cage.obj");
+    const mesh::Cage wing = test::sample_cage("wing/wing_cage.obj");
     const BlockLayout layout = grid::make_layout(wing);
     std::set<std::string> families, names;
     for (const grid::Block& block : layout.blocks) {
@@ -245,7 +241,7 @@ double length_between(const Plan& plan, int edge, double from, double to) {
 }
 
 TEST_CASE("first cells off creases have the size asked for", "[grid]") {
-    const mesh::Cage wing = sample("wing/wing_cage.obj");
+    const mesh::Cage wing = test::sample_cage("wing/wing_cage.obj");
     const BlockLayout layout = grid::make_layout(wing);
     const double first = 0.7;
     for (const auto measure : {grid::Measure::ArcLength, grid::Measure::Curvature}) {
@@ -277,7 +273,7 @@ TEST_CASE("first cells off creases have the size asked for", "[grid]") {
 }
 
 TEST_CASE("a rule holds at corresponding ends of all edges that lines connect", "[grid]") {
-    const BlockLayout layout = grid::make_layout(sample("wing/wing_cage.obj"));
+    const BlockLayout layout = grid::make_layout(test::sample_cage("wing/wing_cage.obj"));
     for (const bool connected : {false, true}) {
         // The size is met on every edge of the class that has room for it, at one end only.
         const Plan plan = grid::make_plan(layout, {.cells = 24,
@@ -352,7 +348,7 @@ TEST_CASE("joining blocks keeps points and outward normals", "[grid]") {
 
 TEST_CASE("refinement by an error function ends below the limit", "[grid]") {
     const Plan coarse =
-        grid::make_plan(grid::make_layout(sample("cages/genus2.obj")), {.cells = 2});
+        grid::make_plan(grid::make_layout(test::sample_cage("cages/genus2.obj")), {.cells = 2});
     const auto chord = [](const geom::Vec3& a, const geom::Vec3& b, const geom::Vec3& middle) {
         return (middle - 0.5 * (a + b)).norm();
     };

@@ -1,9 +1,9 @@
+#include "grid/sample_cage.h"
 #include "support/cages.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/grid/layers.h>
 #include <patchwright/grid/quality.h>
-#include <patchwright/mesh/obj.h>
 
 #include <catch2/catch.hpp>
 
@@ -14,10 +14,6 @@ namespace {
 
 using grid::LayerGrid;
 using grid::Plan;
-
-mesh::Cage sample(const std::string& name) {
-    return mesh::read_obj(std::filesystem::path(PATCHWRIGHT_SAMPLES_DIR) / name).cage;
-}
 
 /// An L of three cubes, every edge sharp: convex and concave edges and corners of valence 3 to 6.
 mesh::Cage corner_block() {
@@ -95,21 +91,22 @@ void check_layers(const mesh::Cage& cage, double size_share, double first_share,
 TEST_CASE("layers have no negative volumes", "[grid]") {
     check_layers(test::cube(2.0), 0.03, 1e-4, 30, 1.25, false);
     check_layers(test::torus(8, 6, 3.0, 1.0), 0.02, 1e-3, 20, 1.1, false);
-    check_layers(sample("cages/genus2.obj"), 0.02, 1e-4, 20, 1.2, true);    // valence 5
-    check_layers(sample("cages/cube_rim.obj"), 0.03, 1e-4, 25, 1.2, true);  // convex edges
-    check_layers(sample("cages/dish.obj"), 0.03, 1e-4, 20, 1.2, true);
-    check_layers(sample("wing/wing_cage.obj"), 0.02, 1e-5, 30, 1.2, true);
+    check_layers(test::sample_cage("cages/genus2.obj"), 0.02, 1e-4, 20, 1.2, true);  // valence 5
+    check_layers(test::sample_cage("cages/cube_rim.obj"), 0.03, 1e-4, 25, 1.2,
+                 true);  // convex edges
+    check_layers(test::sample_cage("cages/dish.obj"), 0.03, 1e-4, 20, 1.2, true);
+    check_layers(test::sample_cage("wing/wing_cage.obj"), 0.02, 1e-5, 30, 1.2, true);
     check_layers(corner_block(), 0.03, 1e-4, 25, 1.2, true);  // concave edge
     // A duct that the layers would fill more than whole, and a junction of valence 5.
-    check_layers(sample("engine/cage.obj"), 0.03, 1.5e-4, 30, 1.2, true);
-    check_layers(sample("wing_fuselage/cage.obj"), 0.015, 1.5e-4, 28, 1.2, true);
-    check_layers(sample("wing_tip/cage.obj"), 0.02, 4e-4, 30, 1.2, true);
+    check_layers(test::sample_cage("engine/cage.obj"), 0.03, 1.5e-4, 30, 1.2, true);
+    check_layers(test::sample_cage("wing_fuselage/cage.obj"), 0.015, 1.5e-4, 28, 1.2, true);
+    check_layers(test::sample_cage("wing_tip/cage.obj"), 0.02, 4e-4, 30, 1.2, true);
 }
 
 TEST_CASE("layers much thicker than the wing's cells have no negative volumes", "[grid]") {
     // 591 mm on cells of 15 mm, round a tip of 45 mm and noses of valence 3.
-    const Plan plan =
-        grid::make_plan(grid::make_layout(sample("wing/wing_cage.obj")), {.size_mm = 15.0});
+    const Plan plan = grid::make_plan(grid::make_layout(test::sample_cage("wing/wing_cage.obj")),
+                                      {.size_mm = 15.0});
     const LayerGrid layers(plan, {.cells = 30, .growth = 1.2, .first_mm = 0.5});
     const grid::GridQuality q = grid::measure_quality(layers);
     CHECK(q.negative == 0);

@@ -1,9 +1,9 @@
+#include "grid/sample_cage.h"
 #include "support/cages.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
 #include <patchwright/grid/quality.h>
-#include <patchwright/mesh/obj.h>
 
 #include <catch2/catch.hpp>
 
@@ -15,10 +15,6 @@ namespace {
 using grid::BlockLayout;
 using grid::BlockPoints;
 using grid::Plan;
-
-mesh::Cage sample(const std::string& name) {
-    return mesh::read_obj(std::filesystem::path(PATCHWRIGHT_SAMPLES_DIR) / name).cage;
-}
 
 mesh::TopologyInput with_corners() {
     mesh::TopologyInput tags;
@@ -84,7 +80,7 @@ TEST_CASE("quality of known grids", "[grid][oracle]") {
 }
 
 TEST_CASE("grids are the same for any number of threads", "[grid]") {
-    const BlockLayout layout = grid::make_layout(sample("cages/genus2.obj"));
+    const BlockLayout layout = grid::make_layout(test::sample_cage("cages/genus2.obj"));
     std::vector<BlockPoints> before;
     for (const int threads : {1, 2, 0}) {
         base::set_thread_count(threads);

@@ -1,3 +1,4 @@
+#include "grid/sample_cage.h"
 #include "grid/smooth_cells.h"
 #include "grid/surface_walk.h"
 #include "support/cages.h"
@@ -7,7 +8,6 @@
 #include <patchwright/grid/layers.h>
 #include <patchwright/grid/quality.h>
 #include <patchwright/grid/smooth.h>
-#include <patchwright/mesh/obj.h>
 #include <patchwright/subd/refine.h>
 
 #include <catch2/catch.hpp>
@@ -22,10 +22,6 @@ namespace {
 
 using geom::Vec3;
 using grid::Plan;
-
-mesh::Cage sample_cage(const std::string& name) {
-    return mesh::read_obj(std::filesystem::path(PATCHWRIGHT_SAMPLES_DIR) / name).cage;
-}
 
 Plan plan_of(const mesh::Cage& cage, int cells) {
     return grid::make_plan(grid::make_layout(cage), {.cells = cells});
@@ -118,7 +114,7 @@ TEST_CASE("points of sharp edges walk along them", "[grid][oracle]") {
 }
 
 TEST_CASE("derivatives of the energy are those of its differences", "[grid][oracle]") {
-    const Plan plan = plan_of(sample_cage("wing_fuselage/cage.obj"), 4);
+    const Plan plan = plan_of(test::sample_cage("wing_fuselage/cage.obj"), 4);
     const grid::FrontMesh mesh(plan);
     grid::SmoothCells cells(plan, mesh, [](std::int32_t, std::int32_t) { return false; });
     geom::Points points = mesh.surface();
@@ -180,7 +176,7 @@ TEST_CASE("a shaken square's cells become squares again", "[grid][oracle]") {
 }
 
 TEST_CASE("angles around extraordinary vertices become alike", "[grid]") {
-    const mesh::Cage cage = sample_cage("wing_fuselage/smooth.obj");
+    const mesh::Cage cage = test::sample_cage("wing_fuselage/smooth.obj");
     const Plan plan = grid::make_plan(grid::make_layout(cage), {.size_mm = 30.0});
     const auto before = grid::measure_quality(grid::SurfaceGrid(plan));
     const Plan moved = grid::smoothed(plan);
@@ -222,7 +218,7 @@ TEST_CASE("angles around extraordinary vertices become alike", "[grid]") {
 }
 
 TEST_CASE("borders and sharp edges keep their points, corners theirs", "[grid]") {
-    const Plan plan = plan_of(sample_cage("wing_tip/cage.obj"), 12);
+    const Plan plan = plan_of(test::sample_cage("wing_tip/cage.obj"), 12);
     const Plan moved = grid::smoothed(plan);
     const mesh::Topology& t = *plan.layout.cage.topology;
     int on_features = 0;
@@ -279,7 +275,7 @@ TEST_CASE("points that coincide stay and keep no others back", "[grid]") {
 }
 
 TEST_CASE("the same bits with any number of threads", "[grid]") {
-    const Plan plan = plan_of(sample_cage("wing_fuselage/smooth.obj"), 9);
+    const Plan plan = plan_of(test::sample_cage("wing_fuselage/smooth.obj"), 9);
     base::set_thread_count(1);
     const Plan one = grid::smoothed(plan);
     base::set_thread_count(0);
@@ -289,7 +285,7 @@ TEST_CASE("the same bits with any number of threads", "[grid]") {
 }
 
 TEST_CASE("smoothed plans are coarsened, carried along, grown from, and not refined", "[grid]") {
-    const mesh::Cage cage = sample_cage("wing_fuselage/smooth.obj");
+    const mesh::Cage cage = test::sample_cage("wing_fuselage/smooth.obj");
     const Plan plan = grid::make_plan(grid::make_layout(cage), {.cells = 8, .levels = 1});
     const Plan moved = grid::smoothed(plan);
     const Plan coarse = grid::coarsened(moved, 1);

@@ -40,10 +40,11 @@ struct BlockPlaces {
 };
 
 /// Evaluates blocks of a plan, each with all threads. Points on the sides are the plan's, bit by
-/// bit; inner points are limit points at parameters blended from those of the four sides, where the
-/// line between the points of equal j on sides 3 and 1 meets the line between those of equal i.
-/// Source: Soni, Two- and three-dimensional grid generation for internal flow applications (1985),
-/// boundary-blended control functions; here in the parameters of the limit surface.
+/// bit; those of a smoothed plan are all at their places. Else inner points are limit points at
+/// parameters blended from those of the four sides, where the line between the points of equal j on
+/// sides 3 and 1 meets the line between those of equal i. Source: Soni, Two- and three-dimensional
+/// grid generation for internal flow applications (1985), boundary-blended control functions; here
+/// in the parameters of the limit surface.
 class BlockEvaluator {
   public:
     /// @pre the plan outlives this
@@ -58,6 +59,7 @@ class BlockEvaluator {
     void evaluate(int block, BlockPoints& points) const;
     void places(int block, BlockPlaces& places) const;
     /// Parameters of a block's point, i-wise in [0, columns] and j-wise in [0, rows].
+    /// @throw InvalidArgument where the plan is smoothed
     [[nodiscard]] Eigen::Vector2d parameters(int block, int i, int j) const;
     /// Of all its points, in the order of BlockPoints.
     [[nodiscard]] std::vector<Eigen::Vector2d> parameters(int block) const;

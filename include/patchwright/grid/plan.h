@@ -66,7 +66,8 @@ struct Plan {
     BlockLayout layout;
     std::vector<EdgePoints> edges;
     /// Of a plan that was smoothed: per block the places on layout.cage of all its points, i
-    /// fastest, those on its sides too. Else empty: points are where the edges' parameters say.
+    /// fastest, those on its sides too; edges then hold their points and chords' lengths, and the
+    /// parameters from before. Else empty: points are where the edges' parameters say.
     std::vector<std::vector<subd::Location>> moved;
 
     /// Points of a block along i and j.
@@ -104,7 +105,8 @@ using LineError =
 
 /// Halves cells, along whole lines through all blocks that must match, until no cell's sides have
 /// an error above the limit, or for so many rounds.
-/// @throw InvalidArgument when the limit is not positive, UsageError when the grid would not fit
+/// @throw InvalidArgument when the limit is not positive or the plan is smoothed, UsageError when
+/// the grid would not fit
 ///        into memory, Cancelled
 Plan refined(const Plan& plan, const LineError& error, double limit,
              const RefineOptions& options = {});
