@@ -13,8 +13,10 @@
 #include <BRepBuilderAPI_Copy.hxx>
 #include <BRepBuilderAPI_MakeFace.hxx>
 #include <BRepBuilderAPI_Transform.hxx>
+#include <BRepGProp.hxx>
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
+#include <GProp_GProps.hxx>
 #include <Geom2d_BSplineCurve.hxx>
 #include <TColStd_Array1OfInteger.hxx>
 #include <TColStd_Array1OfReal.hxx>
@@ -23,7 +25,11 @@
 #include <TopoDS.hxx>
 #include <TopoDS_Face.hxx>
 #include <catch2/catch.hpp>
+#include <gp_Circ.hxx>
 #include <gp_Pln.hxx>
+
+#include <algorithm>
+#include <random>
 
 using namespace patchwright;
 using Catch::Matchers::Contains;
@@ -116,6 +122,73 @@ TEST_CASE("sides as short as the gaps are points", "[occ][heal]") {
         CHECK(hull.found.valid);
         // The stern, the keel and the deck.
         CHECK(hull.found.free_edges == waterlines + 2 * stations);
+    }
+}
+
+TEST_CASE("solids that touch in a wall stay two, whatever the order of their faces",
+          "[occ][heal]") {
+    const auto moved = [](const TopoDS_Shape& shape, double x, double z) {
+        gp_Trsf move;
+        move.SetTranslation(gp_Vec(x, 0, z));
+        return BRepBuilderAPI_Transform(shape, move, true).Shape();
+    };
+    const auto loose = [](const TopoDS_Shape& shape, std::vector<TopoDS_Shape>& faces) {
+        for (TopExp_Explorer it(shape, TopAbs_FACE); it.More(); it.Next())
+            faces.push_back(BRepBuilderAPI_Copy(it.Current()).Shape());
+    };
+    const TopoDS_Shape box = BRepPrimAPI_MakeBox(10.0, 10.0, 10.0).Shape();
+    struct Case {
+        std::string name;
+        std::vector<TopoDS_Shape> faces;
+        int solids;
+        double volume;
+    };
+    std::vector<Case> cases;
+    cases.push_back({"boxes", {}, 2, 2000.0});
+    loose(box, cases.back().faces);
+    loose(moved(box, 10, 0), cases.back().faces);
+    cases.push_back({"a solid and loose faces", {box}, 2, 2000.0});
+    loose(moved(box, 10, 0), cases.back().faces);
+    // Four faces meet in one edge.
+    cases.push_back({"an edge only", {}, 2, 2000.0});
+    loose(box, cases.back().faces);
+    loose(moved(box, 10, 10), cases.back().faces);
+    // Cylinders in halves: the lower one's lid is two halves of a disc, the upper one's is one
+    // disc.
+    cases.push_back({"cylinders", {}, 2, 250.0 * M_PI});
+    for (const double angle : {0.0, M_PI}) {
+        const gp_Ax2 lower(gp_Pnt(0, 0, 0), gp::DZ(), gp_Dir(std::cos(angle), std::sin(angle), 0)),
+            upper = lower.Translated(gp_Vec(0, 0, 5));
+        for (const gp_Ax2& axes : {lower, upper}) {
+            const TopoDS_Shape half = BRepPrimAPI_MakeCylinder(axes, 5.0, 5.0, M_PI).Shape();
+            for (TopExp_Explorer it(half, TopAbs_FACE); it.More(); it.Next()) {
+                GProp_GProps area;
+                BRepGProp::SurfaceProperties(it.Current(), area);
+                const gp_Pnt middle = area.CentreOfMass();
+                const bool cut = std::abs(middle.Y()) < 1e-6;
+                const bool lid_above = middle.Z() < 5.0 + 1e-6 && axes.Location().Z() > 0.0;
+                if (!cut && !lid_above) cases.back().faces.push_back(it.Current());
+            }
+        }
+    }
+    const gp_Ax2 lid(gp_Pnt(0, 0, 5), gp::DZ());
+    BRepBuilderAPI_MakeWire rim;
+    for (const double from : {0.0, M_PI})
+        rim.Add(BRepBuilderAPI_MakeEdge(gp_Circ(lid, 5.0), from, from + M_PI).Edge());
+    cases.back().faces.push_back(BRepBuilderAPI_MakeFace(gp_Pln(gp_Ax3(lid)), rim.Wire()).Face());
+    cases.push_back({"a box that is there twice", {}, 1, 1000.0});
+    loose(box, cases.back().faces);
+    loose(box, cases.back().faces);
+    std::mt19937 random(3);  // NOLINT(cert-msc51-cpp): the same on every run
+    for (Case& at : cases) {
+        for (int order = 0; order < 20; ++order) {
+            CAPTURE(at.name, order);
+            const Healed touching = heal(at.faces);
+            CHECK(touching.found.solids == at.solids);
+            CHECK(touching.found.valid);
+            CHECK(touching.found.volume_mm3 == Approx(at.volume));
+            std::shuffle(at.faces.begin(), at.faces.end(), random);
+        }
     }
 }
 

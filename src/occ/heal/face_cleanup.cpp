@@ -1,11 +1,14 @@
 #include "occ/heal/face_cleanup.h"
 
 #include "occ/foot/face_surface.h"
+#include "occ/heal/sewing.h"
 
+#include <BRepBndLib.hxx>
 #include <BRepBuilderAPI_MakeVertex.hxx>
 #include <BRepExtrema_DistShapeShape.hxx>
 #include <BRepGProp.hxx>
 #include <BRep_Tool.hxx>
+#include <Bnd_Box.hxx>
 #include <GProp_GProps.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
@@ -16,6 +19,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace patchwright::occ {
 
@@ -97,36 +101,106 @@ std::vector<Measures> measures_of(const std::vector<TopoDS_Shape>& shapes) {
     return result;
 }
 
+/// All faces, those in one place known as such.
+class FacePlaces {
+  public:
+    FacePlaces(std::vector<Measures> faces, double size)
+        : faces_(std::move(faces)), size_(size), boxes_(faces_.size()) {
+        for (std::size_t i = 0; i < faces_.size(); ++i) {
+            const auto first = std::find_if(places_.begin(), places_.end(), [&](std::size_t place) {
+                return same_place(faces_[i], faces_[place], size);
+            });
+            place_of_.push_back(first == places_.end() ? i : *first);
+            if (first == places_.end()) places_.push_back(i);
+            BRepBndLib::Add(faces_[i].face, boxes_[i]);
+            boxes_[i].Enlarge(reach());
+        }
+    }
+
+    /// The faces in one place with the face, numbered from 0 in their order.
+    [[nodiscard]] std::size_t number_in_place(std::size_t face) const {
+        return std::size_t(std::count(place_of_.begin(), place_of_.begin() + std::ptrdiff_t(face),
+                                      place_of_[face]));
+    }
+
+    /// Whether two bodies touch here: along most of its edges the face has neighbours in two other
+    /// places.
+    [[nodiscard]] bool is_wall(std::size_t face) const {
+        int edges = 0, between = 0;
+        for (TopExp_Explorer it(faces_[face].face, TopAbs_EDGE); it.More(); it.Next()) {
+            double first = 0.0, last = 0.0;
+            const auto curve = BRep_Tool::Curve(TopoDS::Edge(it.Current()), first, last);
+            if (curve.IsNull()) continue;
+            ++edges;
+            between += neighbours(face, curve->Value((first + last) / 2)) >= 2 ? 1 : 0;
+        }
+        return 2 * between > edges;
+    }
+
+  private:
+    /// As far as neighbours that sewing joins are from each other.
+    [[nodiscard]] double reach() const { return SewingOptions{}.max_partly_rel * size_; }
+
+    /// In how many places other than that of a face there are faces with an edge at a point.
+    [[nodiscard]] std::size_t neighbours(std::size_t face, const gp_Pnt& at) const {
+        std::set<std::size_t> found;
+        const TopoDS_Vertex vertex = BRepBuilderAPI_MakeVertex(at);
+        for (std::size_t i = 0; i < faces_.size(); ++i) {
+            if (place_of_[i] == place_of_[face] || boxes_[i].IsOut(at)) continue;
+            for (TopExp_Explorer it(faces_[i].face, TopAbs_EDGE); it.More(); it.Next()) {
+                const BRepExtrema_DistShapeShape search(vertex, it.Current(), Extrema_ExtFlag_MIN);
+                if (search.IsDone() && search.Value() <= reach()) found.insert(place_of_[i]);
+            }
+        }
+        return found.size();
+    }
+
+    std::vector<Measures> faces_;
+    double size_;
+    std::vector<Bnd_Box> boxes_;
+    std::vector<std::size_t> place_of_;  ///< by face: the first face in its place
+    std::vector<std::size_t> places_;
+};
+
 }  // namespace
 
 CleanedParts drop_duplicates_and_slivers(const std::vector<TopoDS_Shape>& parts,
                                          const std::vector<TopoDS_Shape>& solids, double size,
                                          double sliver_rel) {
-    std::vector<Measures> kept = measures_of(solids);
-    const std::size_t in_solids = kept.size();
+    std::vector<Measures> faces = measures_of(solids);
+    std::size_t number = faces.size();
+    std::vector<std::vector<Measures>> by_part;
+    for (const TopoDS_Shape& part : parts) by_part.push_back(measures_of({part}));
+    // Slivers have no place.
+    const auto is_sliver = [&](const Measures& face) {
+        return 2.0 * face.area <= sliver_rel * size * face.perimeter;
+    };
+    for (const auto& part : by_part)
+        std::remove_copy_if(part.begin(), part.end(), std::back_inserter(faces), is_sliver);
+    if (faces.empty()) return {parts, 0, 0};
+    const FacePlaces places(std::move(faces), size);
     CleanedParts result;
-    for (const TopoDS_Shape& part : parts) {
+    for (std::size_t p = 0; p < parts.size(); ++p) {
         std::vector<TopoDS_Shape> left;
-        bool whole = true;
-        for (const Measures& face : measures_of({part})) {
-            const bool sliver = 2.0 * face.area <= sliver_rel * size * face.perimeter;
-            const bool again = !sliver && std::any_of(kept.begin(), kept.end(), [&](const auto& k) {
-                return same_place(face, k, size);
-            });
-            result.slivers += sliver ? 1 : 0;
-            result.duplicates += again ? 1 : 0;
-            whole = whole && !sliver && !again;
-            if (sliver || again) continue;
-            left.push_back(face.face);
-            kept.push_back(face);
+        for (const Measures& face : by_part[p]) {
+            if (is_sliver(face)) {
+                ++result.slivers;
+                continue;
+            }
+            const std::size_t before = places.number_in_place(number);
+            if (before > 1 || (before == 1 && !places.is_wall(number)))
+                ++result.duplicates;
+            else
+                left.push_back(face.face);
+            ++number;
         }
+        const bool whole = left.size() == by_part[p].size();
         if (whole) {
-            result.parts.push_back(part);
+            result.parts.push_back(parts[p]);
         } else {
             result.parts.insert(result.parts.end(), left.begin(), left.end());
         }
     }
-    if (kept.empty() && in_solids == 0) return {parts, 0, 0};
     return result;
 }
 

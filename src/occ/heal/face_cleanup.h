@@ -15,7 +15,8 @@ struct CleanedParts {
 
 /// Drops from loose parts the faces that lie on another face of the parts or of the solids (same
 /// area and centroid, and points of one on the other), and slivers: faces whose mean width is below
-/// `sliver_rel` of the size. Something is always left.
+/// `sliver_rel` of the size. A wall in which two bodies touch, with neighbours on either side,
+/// stays twice. Something is always left.
 /// @param size  millimetres; diagonal of the model
 CleanedParts drop_duplicates_and_slivers(const std::vector<TopoDS_Shape>& parts,
                                          const std::vector<TopoDS_Shape>& solids, double size,

@@ -161,8 +161,10 @@ TopoDS_Shape sew_sheets(const std::vector<TopoDS_Shape>& sheets, double size,
         note_open_edges(as_is, size, report);
         return as_is;
     }
-    report.edges_rejoined = pair_coincident_edges(sewn.shape, sewn.tolerance, origins);
     report.pcurves_replaced = bring_pcurves_into_step(sewn.shape, sewn.tolerance);
+    report.edges_rejoined = pair_coincident_edges(sewn.shape, sewn.tolerance, origins);
+    if (report.edges_rejoined > 0)
+        report.pcurves_replaced += bring_pcurves_into_step(sewn.shape, sewn.tolerance);
     auto impl = std::make_shared<CadModel::Impl>();
     impl->shape = sewn.shape;
     const double closed = measure_continuity(CadModel(impl), geom::Points(0, 3)).max_gap_mm;
