@@ -1,3 +1,4 @@
+#include "convert/body_contacts.h"
 #include "convert/earlier_state.h"
 
 #include <patchwright/base/error.h>
@@ -224,9 +225,9 @@ class AttemptRunner {
     std::optional<fit::FitResult> fit_by_parts(const mesh::Cage& cage,
                                                const fit::FitOptions& options) {
         if (source_.bodies < 2 || !source_.model) return std::nullopt;
-        if (!bodies_) bodies_ = make_bodies();
         const auto parts = mesh::connected_parts(cage);
-        const auto references = cage::references_of_parts(parts, *bodies_, surface());
+        const auto references =
+            cage::references_of_parts(parts, bodies(budget_.limited()), surface());
         if (std::find(references.begin(), references.end(), &surface()) != references.end())
             return std::nullopt;
         fit::PartsFit fitted = fit::fit_parts(parts, references, options, known_parts_);
@@ -234,9 +235,13 @@ class AttemptRunner {
         return std::move(fitted.whole);
     }
 
-    [[nodiscard]] std::vector<geom::BodyReference> make_bodies() const {
-        return occ::body_references(*source_.model,
-                                    source_.reference_options(told(budget_.limited())));
+    /// Those of a CAD model; none of triangles.
+    const std::vector<geom::BodyReference>& bodies(const base::Progress& progress) {
+        if (!bodies_ && source_.model)
+            bodies_ =
+                occ::body_references(*source_.model, source_.reference_options(told(progress)));
+        if (!bodies_) bodies_.emplace();
+        return *bodies_;
     }
 
     /// Whether an attempt may become the best one, as far as its fit tells.
@@ -270,6 +275,8 @@ class AttemptRunner {
         const occ::CadModel& model = written ? *written : shape.model;
         attempt.patches = shape.patches;
         attempt.shape = inspect_shape(shape, model, output_.string(), progress);
+        if (!attempt.shape.crossing_bodies.empty())
+            find_new_crossings(attempt.shape, bodies(budget_.unlimited()), tolerance);
         attempt.output = std::make_shared<const occ::CadReference>(
             model, occ::ReferenceOptions{.foot_points = source_.options.foot_points});
         attempt.deviation =

@@ -1,4 +1,5 @@
 #include "convert/describe_patches.h"
+#include "geom/disjoint_sets.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/convert/shape.h>
@@ -68,6 +69,22 @@ int shorten_names(patch::PatchSet& patches) {
     return count;
 }
 
+/// By patch: the least number of those that hang together with it by common edges.
+std::vector<int> bodies_of(const patch::PatchSet& patches) {
+    geom::DisjointSets sets(patches.patches.size());
+    std::vector<std::optional<int>> first(patches.edges.size());
+    for (std::size_t p = 0; p < patches.patches.size(); ++p)
+        for (const auto& side : patches.patches[p].sides)
+            for (const patch::EdgeUse& use : side) {
+                auto& other = first[std::size_t(use.edge)];
+                if (other) sets.join(*other, int(p));
+                other = int(p);
+            }
+    std::vector<int> bodies(patches.patches.size());
+    for (std::size_t p = 0; p < bodies.size(); ++p) bodies[p] = sets.find(int(p));
+    return bodies;
+}
+
 }  // namespace
 
 Shape make_shape(const mesh::Cage& cage, const ShapeOptions& options, ShapeTolerance tolerance,
@@ -96,6 +113,7 @@ Shape make_shape(const mesh::Cage& cage, const ShapeOptions& options, ShapeToler
         shape.patches.control_points += static_cast<int>(patch.surface.points.rows());
         shape.surfaces.push_back(std::move(patch.surface));
     }
+    shape.bodies = bodies_of(extraction.patches);
     for (patch::PatchEdge& edge : extraction.patches.edges)
         if (edge.crease) shape.creases.push_back(std::move(edge.curve));
     return shape;
@@ -124,9 +142,21 @@ ShapeFigures inspect_shape(const Shape& shape, const occ::CadModel& model, const
         .bodies = static_cast<int>(occ::connected_faces(model).size())};
     const double resolution =
         std::max(shape.tolerance_mm, finest_resolution_rel * figures.solid.bounds.diagonal());
-    figures.self_intersections =
-        measure::find_self_intersections(shape.surfaces, resolution, progress);
+    for (const measure::SelfIntersection& hit :
+         measure::find_self_intersections(shape.surfaces, resolution, progress)) {
+        const auto body = [&](int surface) { return shape.bodies[std::size_t(surface)]; };
+        (body(hit.surfaces[0]) == body(hit.surfaces[1]) ? figures.self_intersections
+                                                        : figures.crossing_bodies)
+            .push_back(hit);
+    }
     return figures;
+}
+
+std::optional<std::string> crossing_notice(const ShapeFigures& figures) {
+    if (figures.crossing_bodies.empty()) return std::nullopt;
+    return fmt::format(
+        "{} pairs of faces of different bodies cross each other; the bodies stay separate",
+        figures.crossing_bodies.size());
 }
 
 measure::VerdictFigures verdict_figures(const ShapeFigures& figures, bool closed) {

@@ -280,6 +280,7 @@ void export_shape(const mesh::Cage& cage, const fs::path& output, double toleran
     clock.end("write");
     const convert::ShapeFigures figures =
         convert::inspect_shape(shape, written, output.string(), progress);
+    if (auto text = convert::crossing_notice(figures)) report.notices.push_back(std::move(*text));
     report.patches = shape.patches;
     report.solid = figures.solid;
     report.continuity = figures.continuity;

@@ -149,6 +149,24 @@ TEST_CASE("solids that touch in a wall stay two, whatever the order of their fac
     loose(moved(box, 10, 0), cases.back().faces);
     cases.push_back({"a solid and loose faces", {box}, 2, 2000.0});
     loose(moved(box, 10, 0), cases.back().faces);
+    // Nine faces a side: that in the middle of the wall has no neighbours but the others of the
+    // wall.
+    cases.push_back({"boxes with nine faces a side", {}, 2, 2000.0});
+    for (const double x : {0.0, 10.0}) {
+        for (const gp_Dir& out : {gp::DX(), gp::DY(), gp::DZ()}) {
+            for (const double side : {0.0, 10.0}) {
+                const gp_Dir along = out.IsEqual(gp::DX(), 0.1) ? gp::DY() : gp::DX();
+                const gp_Ax3 axes(gp_Pnt(x, 0, 0).Translated(side * gp_Vec(out)), out, along);
+                const double up = out.IsEqual(gp::DY(), 0.1) ? -10.0 : 0.0;
+                const double third = 10.0 / 3;
+                for (int k = 0; k < 9; ++k) {
+                    const double u = third * (k % 3), v = up + third * (k / 3);
+                    cases.back().faces.push_back(
+                        BRepBuilderAPI_MakeFace(gp_Pln(axes), u, u + third, v, v + third).Face());
+                }
+            }
+        }
+    }
     // Four faces meet in one edge.
     cases.push_back({"an edge only", {}, 2, 2000.0});
     loose(box, cases.back().faces);

@@ -24,6 +24,7 @@ occ::CadModel write_surface(Run& run, const mesh::Cage& cage, const std::string&
     run.end_stage("write");
     const convert::ShapeFigures figures =
         convert::inspect_shape(shape, written, file, run.progress());
+    if (const auto text = convert::crossing_notice(figures)) run.notice(*text);
     run.report.patches = shape.patches;
     run.report.solid = figures.solid;
     run.report.continuity = figures.continuity;

@@ -45,6 +45,7 @@ struct Shape {
     occ::CadModel model;
     report::PatchFigures patches;
     std::vector<geom::BsplineSurface> surfaces;  ///< one a patch
+    std::vector<int> bodies;  ///< of each patch; patches that hang together have the same number
     std::vector<geom::BsplineCurve> creases;
     geom::Points crease_points;        ///< one on each crease edge
     geom::Points singular_points;      ///< vertices without a tangent plane
@@ -67,13 +68,18 @@ occ::CadModel write_and_read_back(const Shape& shape, base::PendingFile& file,
 struct ShapeFigures {
     report::SolidFigures solid;
     patch::Continuity continuity;
-    std::vector<measure::SelfIntersection> self_intersections;
+    std::vector<measure::SelfIntersection> self_intersections;  ///< within bodies
+    /// Between bodies, which may cross on purpose: a fault where the bodies of an input do not.
+    std::vector<measure::SelfIntersection> crossing_bodies;
     int bodies = 0;  ///< faces that hang together
 };
 
 /// @param model  the shape's, or the same as read back from `file`
 ShapeFigures inspect_shape(const Shape& shape, const occ::CadModel& model, const std::string& file,
                            const base::Progress& progress = {});
+
+/// What to tell the user of bodies that cross where there is no input to compare with, if any do.
+std::optional<std::string> crossing_notice(const ShapeFigures& figures);
 
 /// The figures of a verdict that a shape has by itself. Bodies are told, but are no condition.
 /// @param closed  whether it has to be

@@ -1,5 +1,6 @@
 #include "occ/heal/face_cleanup.h"
 
+#include "geom/disjoint_sets.h"
 #include "occ/foot/face_surface.h"
 #include "occ/heal/sewing.h"
 
@@ -19,6 +20,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 namespace patchwright::occ {
@@ -106,15 +108,17 @@ class FacePlaces {
   public:
     FacePlaces(std::vector<Measures> faces, double size)
         : faces_(std::move(faces)), size_(size), boxes_(faces_.size()) {
+        std::vector<std::size_t> places;
         for (std::size_t i = 0; i < faces_.size(); ++i) {
-            const auto first = std::find_if(places_.begin(), places_.end(), [&](std::size_t place) {
+            const auto first = std::find_if(places.begin(), places.end(), [&](std::size_t place) {
                 return same_place(faces_[i], faces_[place], size);
             });
-            place_of_.push_back(first == places_.end() ? i : *first);
-            if (first == places_.end()) places_.push_back(i);
+            place_of_.push_back(first == places.end() ? i : *first);
+            if (first == places.end()) places.push_back(i);
             BRepBndLib::Add(faces_[i].face, boxes_[i]);
             boxes_[i].Enlarge(reach());
         }
+        find_walls();
     }
 
     /// The faces in one place with the face, numbered from 0 in their order.
@@ -123,43 +127,82 @@ class FacePlaces {
                                       place_of_[face]));
     }
 
-    /// Whether two bodies touch here: along most of its edges the face has neighbours in two other
-    /// places.
-    [[nodiscard]] bool is_wall(std::size_t face) const {
-        int edges = 0, between = 0;
-        for (TopExp_Explorer it(faces_[face].face, TopAbs_EDGE); it.More(); it.Next()) {
-            double first = 0.0, last = 0.0;
-            const auto curve = BRep_Tool::Curve(TopoDS::Edge(it.Current()), first, last);
-            if (curve.IsNull()) continue;
-            ++edges;
-            between += neighbours(face, curve->Value((first + last) / 2)) >= 2 ? 1 : 0;
-        }
-        return 2 * between > edges;
-    }
+    /// Whether two bodies touch here: faces that are there twice and hang together have neighbours
+    /// in two other places along most of their border.
+    [[nodiscard]] bool is_wall(std::size_t face) const { return walls_.count(place_of_[face]) > 0; }
 
   private:
+    using Places = std::set<std::size_t>;
+
     /// As far as neighbours that sewing joins are from each other.
     [[nodiscard]] double reach() const { return SewingOptions{}.max_partly_rel * size_; }
 
-    /// In how many places other than that of a face there are faces with an edge at a point.
-    [[nodiscard]] std::size_t neighbours(std::size_t face, const gp_Pnt& at) const {
-        std::set<std::size_t> found;
+    void find_walls() {
+        Places twice;
+        for (std::size_t i = 0; i < faces_.size(); ++i)
+            if (place_of_[i] != i) twice.insert(place_of_[i]);
+        if (twice.empty()) return;
+        struct Border {
+            int edges = 0, between = 0;  ///< between: of two bodies
+        };
+        std::map<std::size_t, Border> borders;
+        geom::DisjointSets groups(faces_.size());
+        for (const std::size_t place : twice) {
+            for (const gp_Pnt& at : middles_of_edges(faces_[place].face)) {
+                const Places beside = places_beside(place, at);
+                Places once;
+                for (const std::size_t other : beside) {
+                    if (twice.count(other) > 0)
+                        groups.join(int(place), int(other));
+                    else
+                        once.insert(other);
+                }
+                if (once.empty()) continue;
+                ++borders[place].edges;
+                borders[place].between += once.size() >= 2 ? 1 : 0;
+            }
+        }
+        std::map<int, Border> of_groups;
+        for (const auto& [place, border] : borders) {
+            Border& sum = of_groups[groups.find(int(place))];
+            sum.edges += border.edges;
+            sum.between += border.between;
+        }
+        for (const std::size_t place : twice) {
+            const Border& border = of_groups[groups.find(int(place))];
+            if (2 * border.between > border.edges) walls_.insert(place);
+        }
+    }
+
+    static std::vector<gp_Pnt> middles_of_edges(const TopoDS_Face& face) {
+        std::vector<gp_Pnt> middles;
+        for (TopExp_Explorer it(face, TopAbs_EDGE); it.More(); it.Next()) {
+            double first = 0.0, last = 0.0;
+            const auto curve = BRep_Tool::Curve(TopoDS::Edge(it.Current()), first, last);
+            if (!curve.IsNull()) middles.push_back(curve->Value((first + last) / 2));
+        }
+        return middles;
+    }
+
+    /// The places other than one in which there are faces with an edge at a point.
+    [[nodiscard]] Places places_beside(std::size_t place, const gp_Pnt& at) const {
+        Places found;
         const TopoDS_Vertex vertex = BRepBuilderAPI_MakeVertex(at);
         for (std::size_t i = 0; i < faces_.size(); ++i) {
-            if (place_of_[i] == place_of_[face] || boxes_[i].IsOut(at)) continue;
+            if (place_of_[i] == place || boxes_[i].IsOut(at)) continue;
             for (TopExp_Explorer it(faces_[i].face, TopAbs_EDGE); it.More(); it.Next()) {
                 const BRepExtrema_DistShapeShape search(vertex, it.Current(), Extrema_ExtFlag_MIN);
                 if (search.IsDone() && search.Value() <= reach()) found.insert(place_of_[i]);
             }
         }
-        return found.size();
+        return found;
     }
 
     std::vector<Measures> faces_;
     double size_;
     std::vector<Bnd_Box> boxes_;
     std::vector<std::size_t> place_of_;  ///< by face: the first face in its place
-    std::vector<std::size_t> places_;
+    Places walls_;
 };
 
 }  // namespace
