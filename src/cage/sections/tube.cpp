@@ -2,6 +2,7 @@
 
 #include "cage/blocks/feature_chain.h"
 #include "cage/sections/bend.h"
+#include "cage/sections/ring_shares.h"
 #include "geom/angle.h"
 #include "geom/polyline.h"
 
@@ -31,19 +32,11 @@ struct HalfPlaneLine {
 constexpr double short_rel = 0.1;
 // How much longer than its neighbour a line may be: blades and the like stand out by more.
 constexpr double most_uneven = 1.3;
-// Cosine between a line and the axis where it ends on that: nearer to 1 the end is a point, on
-// which no cap of quads lies flat.
+// Cosine between a line and the axis where it ends on that: nearer to 1 the end is a tip, on which
+// no cap of quads lies flat.
 constexpr double steepest = 0.85;
 // Share of a piece from its end over which its direction there is taken.
 constexpr double end_direction_share = 0.02;
-// A ring-to-ring step turns by this at most, about 30 degrees, and is within these lengths of a
-// line.
-constexpr double turn_rad = 0.5, longest_rel = 0.25, shortest_rel = 0.01;
-// Places along a piece at which the density of rings is known, and how it is evened out: to at
-// least this share of the sum of both neighbours', in as many rounds.
-constexpr int cells = 200, evening_rounds = 10;
-constexpr double kept_of_neighbours = 0.45;
-
 /// In growing order.
 std::vector<int> vertices_of(const SurfaceBody& body) {
     std::vector<int> vertices;
@@ -71,7 +64,10 @@ class TubeFinder {
             if (!cut(2.0 * std::numbers::pi * k / count)) return std::nullopt;
         if (!find_rings() || !split() || !is_even()) return std::nullopt;
         for (int k = count - 1; k > 0; k -= 2) tube_.lines.erase(tube_.lines.begin() + k);
-        for (int i = 0; i < int(tube_.lines.front().pieces.size()); ++i) place_rings(i);
+        for (int i = 0; i < int(tube_.lines.front().pieces.size()); ++i) {
+            poll_();
+            tube_.shares.push_back(ring_shares(tube_, i, options_.fineness));
+        }
         return std::move(tube_);
     }
 
@@ -169,7 +165,7 @@ class TubeFinder {
         const auto is_sharp = [&](int c) {
             return curves[std::size_t(c)].kind == geom::FeatureKind::Sharp;
         };
-        const double widest = longest_rel * longest / options_.fineness;
+        const double widest = longest_step_rel * longest / options_.fineness;
         const auto needed = [&](int c) {
             return needs_crease(curves[std::size_t(c)], widest, options_.tolerance_mm);
         };
@@ -240,7 +236,7 @@ class TubeFinder {
             for (const auto& piece : tube_.lines[k].pieces)
                 if (piece.size() < 3) return refuse("sharp lines around it touch");
         }
-        return is_blunt_at_axis();
+        return find_tips();
     }
 
     /// A closed line starts and ends at its hindmost sharp point, or at its foremost point.
@@ -288,74 +284,39 @@ class TubeFinder {
         return true;
     }
 
-    bool is_blunt_at_axis() {
-        for (const TubeLine& line : tube_.lines) {
-            const auto& first = line.pieces.front();
-            const auto& last = line.pieces.back();
-            const Vec3 in = line.at(0, end_direction_share) - first.front(),
-                       out = last.back() -
-                             line.at(int(line.pieces.size()) - 1, 1.0 - end_direction_share);
-            if ((tube_.start == LineEnd::Axis &&
-                 std::abs(in.normalized().dot(tube_.axis)) > steepest) ||
-                (tube_.end == LineEnd::Axis &&
-                 std::abs(out.normalized().dot(tube_.axis)) > steepest))
-                return refuse("it ends in a point on the axis");
-        }
-        return true;
+    /// Where lines end on the axis nearly along it, that end is a tip, in which all lines meet.
+    bool find_tips() {
+        const auto first = [](TubeLine& line) -> Vec3& { return line.pieces.front().front(); };
+        const auto last = [](TubeLine& line) -> Vec3& { return line.pieces.back().back(); };
+        const auto inward = [&](const TubeLine& line) {
+            return Vec3(line.at(0, end_direction_share) - line.at(0, 0.0));
+        };
+        const auto outward = [&](const TubeLine& line) {
+            const int piece = int(line.pieces.size()) - 1;
+            return Vec3(line.at(piece, 1.0) - line.at(piece, 1.0 - end_direction_share));
+        };
+        return (tube_.start != LineEnd::Axis || find_tip(tube_.tips[0], first, inward)) &&
+               (tube_.end != LineEnd::Axis || find_tip(tube_.tips[1], last, outward));
     }
 
-    /// Rings that a piece should have at each of its cells, by how its lines are bent there.
-    [[nodiscard]] std::vector<double> ring_density(int piece) const {
-        std::vector<double> density(cells, 0.0);
-        double total = 0.0;
-        for (const auto& p : tube_.lines.front().pieces) total += geom::length_of(p);
-        for (const TubeLine& line : tube_.lines) {
-            const double length = line.length(piece);
-            for (int i = 0; i < cells; ++i) {
-                const double x = (i + 0.5) / cells, h = 2.0 / cells;
-                const Vec3 before = line.at(piece, x) - line.at(piece, std::max(x - h, 0.0)),
-                           after = line.at(piece, std::min(x + h, 1.0)) - line.at(piece, x);
-                const double turn = geom::angle_between(before, after);
-                const double bend = turn / (h * length);
-                const double step = std::clamp(turn_rad / std::max(bend, 1e-300),
-                                               shortest_rel * total, longest_rel * total);
-                density[std::size_t(i)] += length / step / cells / double(tube_.lines.size());
-            }
+    /// @param end        the point of a line there
+    /// @param direction  of a line there, as far as end_direction_share goes
+    template <class End, class Direction>
+    bool find_tip(std::optional<Vec3>& tip, const End& end, const Direction& direction) {
+        const auto is_steep = [&](const TubeLine& line) {
+            return std::abs(direction(line).normalized().dot(tube_.axis)) > steepest;
+        };
+        if (std::none_of(tube_.lines.begin(), tube_.lines.end(), is_steep)) return true;
+        for (const geom::FeatureCorner& corner : reference_.features().corners) {
+            const auto is_near = [&](TubeLine& line) {
+                return (corner.point - end(line)).norm() <= direction(line).norm();
+            };
+            if (!std::all_of(tube_.lines.begin(), tube_.lines.end(), is_near)) continue;
+            tip = corner.point;
+            for (TubeLine& line : tube_.lines) end(line) = corner.point;
+            return true;
         }
-        for (int round = 0; round < evening_rounds; ++round)
-            for (int i = 0; i < cells; ++i) {
-                const double a = density[std::size_t(std::max(i - 1, 0))],
-                             b = density[std::size_t(std::min(i + 1, cells - 1))];
-                density[std::size_t(i)] =
-                    std::max(density[std::size_t(i)], kept_of_neighbours * (a + b));
-            }
-        return density;
-    }
-
-    void place_rings(int piece) {
-        poll_();
-        const std::vector<double> density = ring_density(piece);
-        double sum = 0.0;
-        for (const double d : density) sum += d;
-        const int steps = std::max(1, int(std::lround(sum * options_.fineness)));
-        std::vector<double> shares;
-        if (piece > 0 || tube_.start != LineEnd::Axis) shares.push_back(0.0);
-        double reached = 0.0;
-        int next = 1;
-        for (int i = 0; i < cells && next < steps; ++i) {
-            while (next < steps && reached + density[std::size_t(i)] >= sum * next / steps) {
-                const double part = (sum * next / steps - reached) / density[std::size_t(i)];
-                shares.push_back((i + part) / cells);
-                ++next;
-            }
-            reached += density[std::size_t(i)];
-        }
-        const bool last = piece + 1 == int(tube_.lines.front().pieces.size());
-        const bool on_axis =
-            (piece == 0 && tube_.start == LineEnd::Axis) || (last && tube_.end == LineEnd::Axis);
-        if (on_axis && steps == 1) shares.push_back(0.5);
-        if (!last || tube_.end != LineEnd::Axis) shares.push_back(1.0);
-        tube_.shares.push_back(std::move(shares));
+        return refuse("it ends in a slender round tip on the axis");
     }
 
     const SurfaceBody& body_;

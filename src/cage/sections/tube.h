@@ -7,6 +7,7 @@
 
 #include <patchwright/geom/model_surface.h>
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -40,6 +41,8 @@ struct Tube {
     geom::Vec3 center = geom::Vec3::Zero(), axis = geom::Vec3::UnitZ();
     LineEnd start = LineEnd::None, end = LineEnd::None;
     bool sharp_start = false;  ///< closed lines: they start at a sharp curve
+    /// Of a start and an end on the axis that are no caps but points without a tangent plane.
+    std::array<std::optional<geom::Vec3>, 2> tips;
     std::vector<TubeLine> lines;
     /// Shares at which rings lie, one list a piece, both ends included; a share 0 on the axis is
     /// omitted, as is 1.
@@ -55,7 +58,8 @@ struct TubeSearch {
 TubeSearch find_tube(const SurfaceBody& body, const geom::ModelSurface& reference,
                      const TubeOptions& options, Poll& poll);
 
-/// Rings of quads; a square of quads with four vertices of valence 3 where lines end on the axis.
+/// Rings of quads; a square of quads with four vertices of valence 3 where lines end on the axis,
+/// its middle a corner where that is a tip.
 Blocks tube_blocks(const Tube& tube, const geom::ModelSurface& reference, Poll& poll);
 
 /// "nacelle: 16 lines x 14 rings, ends open and open, 1 sharp ring"

@@ -81,8 +81,8 @@ class TubeRings {
             if (rings_[std::size_t(i)].feature == geom::FeatureKind::Sharp)
                 for (int k = 0; k < around_; ++k)
                     blocks_.creases.emplace_back(id(i, k), id(i, k + 1));
-        if (tube_.start == LineEnd::Axis) add_cap(0, false);
-        if (tube_.end == LineEnd::Axis) add_cap(count - 1, true);
+        if (tube_.start == LineEnd::Axis) add_end(0, false);
+        if (tube_.end == LineEnd::Axis) add_end(count - 1, true);
         return std::move(blocks_);
     }
 
@@ -123,24 +123,46 @@ class TubeRings {
         return reference_.foot_point(p, normal_at(ring, k)).point;
     }
 
-    /// Quads within a ring: its lines from corner to corner, inner points between them.
-    void add_cap(int ring, bool last) {
+    /// A square of quads within a ring, its corners on lines; number of the point (a, b).
+    struct Square {
+        int side;
+        std::vector<int> points;
+        int& at(int a, int b) { return points[std::size_t(b * (side + 1) + a)]; }
+    };
+
+    void add_end(int ring, bool last) {
+        Square square{side_, std::vector<int>(std::size_t((side_ + 1) * (side_ + 1)))};
         const int m = side_, c = first_corner();
-        const auto on_ring = [&](int k) { return id(ring, c + k); };
+        for (int i = 0; i < m; ++i) {
+            square.at(i, 0) = id(ring, c + i);
+            square.at(m, i) = id(ring, c + m + i);
+            square.at(m - i, m) = id(ring, c + 2 * m + i);
+            square.at(0, m - i) = id(ring, c + 3 * m + i);
+        }
+        if (const auto& tip = tube_.tips[last ? 1 : 0])
+            add_tip(square, rings_[std::size_t(ring)], *tip);
+        else
+            add_cap(square, ring);
+        for (int b = 0; b < m; ++b) {
+            for (int a = 0; a < m; ++a) {
+                std::vector<int> corners{square.at(a, b), square.at(a + 1, b),
+                                         square.at(a + 1, b + 1), square.at(a, b + 1)};
+                if (last) std::reverse(corners.begin(), corners.end());
+                blocks_.faces.push_back(std::move(corners));
+                blocks_.groups.push_back(last ? "last_cap" : "first_cap");
+            }
+        }
+    }
+
+    /// Inner points between those of the ring.
+    void add_cap(Square& square, int ring) {
+        const int m = side_;
         const auto border = [&](int k) {
-            return blocks_.points[std::size_t(on_ring(k % around_))];
+            return blocks_.points[std::size_t(id(ring, first_corner() + k))];
         };
         Vec3 outward = Vec3::Zero();
         for (int k = 0; k < around_; ++k) outward += normal_at(rings_[std::size_t(ring)], k);
         outward.normalize();
-        std::vector<int> grid(std::size_t((m + 1) * (m + 1)));
-        const auto at = [&](int a, int b) -> int& { return grid[std::size_t(b * (m + 1) + a)]; };
-        for (int i = 0; i < m; ++i) {
-            at(i, 0) = on_ring(i);
-            at(m, i) = on_ring(m + i);
-            at(m - i, m) = on_ring(2 * m + i);
-            at(0, m - i) = on_ring(3 * m + i);
-        }
         for (int b = 1; b < m; ++b) {
             for (int a = 1; a < m; ++a) {
                 const double u = double(a) / m, v = double(b) / m;
@@ -149,18 +171,51 @@ class TubeRings {
                                (1.0 - u) * (1.0 - v) * border(0) - u * (1.0 - v) * border(m) -
                                u * v * border(2 * m) - (1.0 - u) * v * border(3 * m);
                 poll_();
-                at(a, b) = int(blocks_.points.size());
+                square.at(a, b) = int(blocks_.points.size());
                 blocks_.points.push_back(reference_.foot_point(p, outward).point);
             }
         }
-        for (int b = 0; b < m; ++b) {
-            for (int a = 0; a < m; ++a) {
-                std::vector<int> corners{at(a, b), at(a + 1, b), at(a + 1, b + 1), at(a, b + 1)};
-                if (last) std::reverse(corners.begin(), corners.end());
-                blocks_.faces.push_back(std::move(corners));
-                blocks_.groups.push_back(last ? "last_cap" : "first_cap");
+    }
+
+    /// Smaller squares within each other, along the lines to the tip, which is a corner.
+    void add_tip(Square& square, const TubeRing& ring, const Vec3& tip) {
+        const int half = side_ / 2;
+        for (int level = half - 1; level > 0; --level) {
+            const int count = 8 * level, low = half - level, high = half + level;
+            for (int k = 0; k < count; ++k) {
+                // From corner to corner, as on the ring.
+                const int along = k % (2 * level), turn = k / (2 * level);
+                const std::array<std::array<int, 2>, 4> sides{{{low + along, low},
+                                                               {high, low + along},
+                                                               {high - along, high},
+                                                               {low, high - along}}};
+                const auto [a, b] = sides[std::size_t(turn)];
+                square.at(a, b) = int(blocks_.points.size());
+                blocks_.points.push_back(
+                    towards_tip(ring, double(k) * around_ / count, double(level) / half));
             }
         }
+        const int middle = int(blocks_.points.size());
+        square.at(half, half) = middle;
+        blocks_.points.push_back(tip);
+        blocks_.corners.push_back(middle);
+    }
+
+    /// On the surface, between the tip (0) and the ring (1), `k` lines from the first corner.
+    [[nodiscard]] Vec3 towards_tip(const TubeRing& ring, double k, double share) const {
+        poll_();
+        const int before = int(std::floor(k));
+        Vec3 point = Vec3::Zero(), normal = Vec3::Zero();
+        for (const auto& [line, weight] :
+             {std::pair{before, 1.0 - (k - before)}, {before + 1, k - before}}) {
+            const int number = (first_corner() + line) % around_;
+            const double on_ring = share_of(ring, number);
+            const double at =
+                ring.squareness > 0.0 ? share * on_ring : 1.0 - share * (1.0 - on_ring);
+            point += weight * tube_.lines[std::size_t(number)].at(ring.piece, at);
+            normal += weight * normal_at(ring, number);
+        }
+        return reference_.foot_point(point, normal.normalized()).point;
     }
 
     const Tube& tube_;
@@ -188,7 +243,10 @@ std::string describe(const Tube& tube) {
     const auto sharp = std::count_if(rings.begin(), rings.end(), [](const TubeRing& r) {
         return r.feature == geom::FeatureKind::Sharp;
     });
-    const auto name = [](LineEnd end) { return end == LineEnd::Free ? "open" : "on the axis"; };
+    const auto name = [&](LineEnd end, int number) {
+        if (end == LineEnd::Free) return "open";
+        return tube.tips[std::size_t(number)] ? "in a tip" : "on the axis";
+    };
     // Around a lip lines turn back.
     double forward = 0.0, backward = 0.0;
     for (int i = 0; i < int(tube.shares.size()); ++i) {
@@ -200,9 +258,10 @@ std::string describe(const Tube& tube) {
         }
     }
     const bool turns = std::min(forward, backward) > least_turned * std::max(forward, backward);
-    const std::string ends = tube.start == LineEnd::None
-                                 ? "closed"
-                                 : fmt::format("ends {} and {}", name(tube.start), name(tube.end));
+    const std::string ends =
+        tube.start == LineEnd::None
+            ? "closed"
+            : fmt::format("ends {} and {}", name(tube.start, 0), name(tube.end, 1));
     return fmt::format("{}: {} lines x {} rings, {} of them sharp, {}",
                        turns ? "nacelle" : "body around an axis", tube.lines.size(), rings.size(),
                        sharp, ends);
