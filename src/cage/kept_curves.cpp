@@ -16,7 +16,7 @@ namespace {
 bool runs_along_tight_rounding(int curve, const geom::ModelSurface& reference, Poll& poll) {
     constexpr int samples = 9;
     const double length = reference.features().curves[std::size_t(curve)].length;
-    const double tightest = tight_radius_rel * reference.bounds().diagonal();
+    const double tightest = tight_radius_rel * reference.size();
     int tight = 0;
     for (int k = 0; k < samples; ++k) {
         poll();
@@ -38,7 +38,7 @@ class ContinuationFinder {
   public:
     ContinuationFinder(const geom::ModelSurface& reference, std::vector<char>& kept)
         : reference_(reference),
-          same_mm_(same_place_rel * reference.bounds().diagonal()),
+          same_mm_(same_place_rel * reference.size()),
           ends_(geom::curve_ends(reference.features(), same_mm_)),
           at_place_(ends_.points.size()),
           kept_(kept) {
@@ -131,7 +131,7 @@ std::vector<char> kept_curves(const geom::ModelSurface& reference, Lines lines, 
     constexpr double slight_bend_rad = 0.1;
     // Of the diagonal: shorter smooth curves are seams between small faces.
     constexpr double shortest_smooth_rel = 0.02;
-    const double diagonal = reference.bounds().diagonal();
+    const double diagonal = reference.size();
     const auto& curves = reference.features().curves;
     std::vector<char> kept;
     for (std::size_t i = 0; i < curves.size(); ++i) {

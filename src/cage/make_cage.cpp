@@ -207,7 +207,7 @@ Aligned aligned(const geom::SurfaceMesh& mesh, const CageSource& source,
                 const CageOptions& options) {
     const std::vector<SurfaceBody> bodies = bodies_of(mesh);
     std::optional<BlockBorders> borders;
-    const double tolerance_mm = options.tolerance_rel * source.reference.bounds().diagonal();
+    const double tolerance_mm = options.tolerance_rel * source.reference.size();
     double fineness = options.fineness;
     for (int round = 0;; ++round) {
         // Wings get lines along the span by the root of the fineness and rings by all of it, so
@@ -281,7 +281,7 @@ CageResult make_cage(const geom::ModelSurface& model, const CageOptions& options
     Poll poll(options.progress);
     poll();
     const CageSource source{model, group_names(model), poll};
-    const double diagonal = model.bounds().diagonal();
+    const double diagonal = model.size();
     CageResult result;
     std::vector<Blocks> parts;
     if (options.method != Method::Remesh) {

@@ -34,20 +34,18 @@ bool surfaces_meet(const geom::ReferenceSurface& a, const geom::ReferenceSurface
 
 }  // namespace
 
-bool bodies_meet(const std::vector<geom::BodyReference>& bodies, const geom::Vec3& point,
-                 double reach_mm, double common_mm) {
+bool bodies_meet(const BodySurfaces& bodies, const geom::Vec3& point, double reach_mm,
+                 double common_mm) {
     std::vector<const geom::ReferenceSurface*> near;
-    for (const geom::BodyReference& body : bodies)
-        if (body.surface->foot_point(point).distance <= reach_mm)
-            near.push_back(body.surface.get());
+    for (const auto& body : bodies)
+        if (body->foot_point(point).distance <= reach_mm) near.push_back(body.get());
     for (std::size_t i = 0; i < near.size(); ++i)
         for (std::size_t j = i + 1; j < near.size(); ++j)
             if (surfaces_meet(*near[i], *near[j], point, common_mm)) return true;
     return false;
 }
 
-void find_new_crossings(ShapeFigures& figures, const std::vector<geom::BodyReference>& input,
-                        double tolerance_mm) {
+void find_new_crossings(ShapeFigures& figures, const BodySurfaces& input, double tolerance_mm) {
     auto& crossing = figures.crossing_bodies;
     std::erase_if(crossing, [&](const measure::SelfIntersection& hit) {
         return bodies_meet(input, hit.point, contact_reach * tolerance_mm,

@@ -240,6 +240,8 @@ measure::Verdict assess(const Attempt& attempt, const Source& source, double tol
     add_fit(figures, attempt.fit);
     // How often an open model is torn says little: its parts may be meant to be one.
     if (source.figures.closed) figures.bodies_of_input = source.bodies;
+    if (source.is_body && source.figures.volume <= measure::film_volume(source.figures.area))
+        figures.volume_mm3.reset();
     const auto& fold = attempt.folds.worst;
     figures.fold_rad = fold ? measure::Worst{fold->angle_rad, fold->point} : measure::Worst{};
     return measure::assess(figures);

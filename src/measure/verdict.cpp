@@ -104,8 +104,7 @@ class Assessment {
 
     void extent() {
         if (f_.volume_mm3) {
-            // A film has its area on both sides.
-            const double film = 0.5 * least_thickness_mm * *f_.area_mm2;
+            const double film = film_volume(*f_.area_mm2);
             add(Requirement::Volume, Quantity::Volume, {*f_.volume_mm3, std::nullopt}, film,
                 *f_.volume_mm3 > film, "a cage that encloses a volume");
         } else if (f_.area_mm2) {
@@ -174,6 +173,9 @@ std::string describe(const Condition& c, std::optional<double> tolerance_rel) {
 }
 
 }  // namespace
+
+// A film has its area on both sides.
+double film_volume(double area_mm2) { return 0.5 * least_thickness_mm * area_mm2; }
 
 const char* name_of(Requirement requirement) {
     constexpr const char* names[] = {"distance_to_input",

@@ -48,8 +48,10 @@ double half_width() {
 TEST_CASE("bodies meet where they cross or touch, and nowhere else", "[convert][oracle]") {
     const double width = half_width();
     const auto meet = [&](double apart, const geom::Vec3& point) {
-        return convert::bodies_meet(occ::body_references(model_of(two_bodies({apart, 0, 0}))),
-                                    point, 0.1, 1e-6);
+        convert::BodySurfaces bodies;
+        for (const auto& body : occ::body_references(model_of(two_bodies({apart, 0, 0}))))
+            bodies.push_back(body.surface);
+        return convert::bodies_meet(bodies, point, 0.1, 1e-6);
     };
     // They cross in a curve halfway between them; its points are found from beside it.
     const double apart = 1.5 * width;

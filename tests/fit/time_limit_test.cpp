@@ -86,36 +86,24 @@ TEST_CASE("anything else that the callback throws ends a fit without a result", 
     CHECK_THROWS_AS(fit_sphere(3, throwing_from<Other>(first + 1, &calls)), Other);
 }
 
-TEST_CASE("parts that there is no time for are measured as they are given", "[fit]") {
-    const test::Sphere one(1.0), other(1.0);
+TEST_CASE("fits of several cages are one", "[fit]") {
+    const test::Sphere sphere(1.0);
     const mesh::Cage cube = test::cube(2.0);
-    const auto fitted = [&](int first, int* calls) {
-        return fit::fit_parts(
-            {cube, cube}, {&one, &other},
-            {.max_levels = 0, .progress = throwing_from<base::TimeLimitReached>(first, calls)});
-    };
-    int calls = 0;
-    const auto whole = fitted(never, &calls);
-    CHECK_FALSE(whole.whole.stopped_by_time_limit);
-    // In the middle of the first part, and at the beginning of the second one.
-    const int all = calls;
-    for (const int first : {all / 4, all / 2}) {
-        const auto cut = fitted(first, &calls);
-        CHECK(cut.whole.stopped_by_time_limit);
-        REQUIRE(cut.parts.size() == 2);
-        CHECK(cut.parts[0].result.levels[0].projections > 0);
-        CHECK(cut.parts[1].result.cage.points == cube.points);
-        // Limit points of the cube's vertices are half as far from the centre as these.
-        REQUIRE(cut.parts[1].result.levels.size() == 1);
-        CHECK(cut.parts[1].result.levels[0].max_mm > 1.0 - std::sqrt(0.75) - 1e-12);
-        CHECK(cut.whole.levels.back().max_mm >= cut.parts[1].result.levels[0].max_mm);
-        CHECK(cut.whole.cage.topology->face_count() == 12);
-    }
-    // A result that is known takes no time.
-    const auto known = fit::fit_parts(
-        {cube, cube}, {&one, &other},
-        {.max_levels = 0, .progress = throwing_from<base::TimeLimitReached>(0, &calls)},
-        whole.parts);
-    CHECK_FALSE(known.whole.stopped_by_time_limit);
-    CHECK(known.whole.cage.points == whole.whole.cage.points);
+    const fit::FitOptions options{.max_levels = 0};
+    const fit::FitResult fitted = fit::fit(cube, sphere, options);
+    const fit::FitResult given = fit::measure_given(cube, sphere, options);
+    CHECK(fitted.levels[0].projections > 0);
+    // Limit points of the cube's vertices are half as far from the centre as these.
+    REQUIRE(given.levels.size() == 1);
+    CHECK(given.cage.points == cube.points);
+    CHECK(given.levels[0].max_mm > 1.0 - std::sqrt(0.75) - 1e-12);
+    fit::FitResult cut = given;
+    cut.stopped_by_time_limit = true;
+    const fit::FitResult both = fit::joined({fitted, cut});
+    CHECK(both.stopped_by_time_limit);
+    CHECK(both.levels.back().max_mm == std::max(fitted.levels[0].max_mm, given.levels[0].max_mm));
+    CHECK(both.levels.back().vertices == 16);
+    CHECK(both.cage.topology->face_count() == 12);
+    CHECK_FALSE(fit::joined({fitted, given}).stopped_by_time_limit);
+    CHECK_THROWS_AS(fit::joined({}), base::InvalidArgument);
 }

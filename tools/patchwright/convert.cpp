@@ -28,12 +28,15 @@ struct ConvertCommandOptions {
 };
 
 /// What was tried where the first attempt was not the last.
-void note_attempts(Run& run, const convert::Conversion& conversion) {
+/// @param of  goes before an attempt's number
+void note_attempts(Run& run, const convert::Conversion& conversion, const std::string& of = "") {
     const auto& attempts = conversion.attempts;
     for (std::size_t i = 0; i < attempts.size() && attempts.size() > 1; ++i)
         run.notice(fmt::format(
-            "attempt {} ({} faces{}): {}", i + 1, attempts[i].cage.topology->face_count(),
+            "{}attempt {} ({} faces{}): {}", of, i + 1, attempts[i].cage.topology->face_count(),
             i == conversion.kept ? ", kept" : "", attempts[i].verdict.sentence(run.report.unit)));
+    for (std::size_t i = 0; i < conversion.bodies.size(); ++i)
+        note_attempts(run, conversion.bodies[i], fmt::format("body {}, ", i + 1));
 }
 
 int convert_file(const ConvertCommandOptions& options) {

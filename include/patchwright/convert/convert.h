@@ -92,6 +92,9 @@ struct Attempt {
 struct Conversion {
     std::vector<Attempt> attempts;    ///< in order
     std::optional<std::size_t> kept;  ///< the best one; none when the time limit came first
+    /// Of a model of several bodies whose cages are made: the attempts on each body by itself, of
+    /// which the best together are the only attempt on the model; they have no files.
+    std::vector<Conversion> bodies;
     bool time_limit_reached = false;
     std::vector<std::pair<std::string, double>> seconds;  ///< stage, in order
     std::vector<std::string> notices;                     ///< one line each, for the user
@@ -110,7 +113,8 @@ std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
 std::optional<std::size_t> choose_best(const std::vector<Attempt>& attempts);
 
 /// Makes attempts until one is met, none is left, or the budget or memory is used up, and adds the
-/// best one to `outputs`, as the file `output`. Missing the tolerance is a verdict, not an error.
+/// best one to `outputs`, as the file `output`. A body is converted as it would be alone: further
+/// attempts are made of those that miss. Missing the tolerance is a verdict, not an error.
 /// Where the budget is not used up, the bytes written do not depend on time or on the number of
 /// threads.
 /// @throw InputError when no cage can be made, or the one to be fitted again is of no earlier state

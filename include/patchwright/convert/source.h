@@ -39,6 +39,7 @@ struct Source {
     occ::ReadReport read;          ///< of CAD models
     geom::MeshRepair repair;       ///< of triangles
     bool is_control_mesh = false;  ///< polygons with tags of subdivision
+    bool is_body = false;          ///< one of a model's: it may be a film
     SourceOptions options;
     std::vector<std::string> notices;  ///< one line each, for the user
 

@@ -37,6 +37,10 @@ struct SurfacePiece {
 
 class ModelSurface : public ReferenceSurface {
   public:
+    /// What shares of a model's size are of, in mm: the diagonal; of one body of a model by itself
+    /// that of the whole model, so that cages are as coarse as the others'.
+    [[nodiscard]] virtual double size() const { return bounds().diagonal(); }
+
     /// Of the face at an answer's parameters; nothing where the surface is degenerate there.
     /// @throw InvalidArgument when the answer names no face of this surface
     [[nodiscard]] virtual std::optional<Curvature> curvature(const FootPoint& foot) const = 0;
@@ -69,13 +73,6 @@ class ModelSurface : public ReferenceSurface {
     /// Points on all feature curves of one kind, evenly spaced by arc length, both ends included.
     /// @throw InvalidArgument when the spacing is not positive
     [[nodiscard]] std::vector<CurveSample> sample_curves(FeatureKind kind, double spacing_mm) const;
-};
-
-/// Connected faces of a model, as a surface of their own. Where bodies overlap or touch,
-/// the nearest point among all of them may lie on the wrong one.
-struct BodyReference {
-    std::vector<int> faces;  ///< of the model
-    std::shared_ptr<const ModelSurface> surface;
 };
 
 }  // namespace patchwright::geom

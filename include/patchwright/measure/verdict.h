@@ -110,6 +110,9 @@ inline constexpr double fold_limit_rad = 0.785398163397448, kink_limit_rad = 0.0
 /// Bodies are thicker, and shells wider, than what the CAD kernel tells apart.
 inline constexpr double least_thickness_mm = 1e-7;
 
+/// What a closed body of this area has to enclose more than, mm^3: else it is a film.
+double film_volume(double area_mm2);
+
 /// The one place where it is decided whether a result is good.
 /// @throw InvalidArgument when distances are given without a tolerance, or a volume without area
 Verdict assess(const VerdictFigures& figures);

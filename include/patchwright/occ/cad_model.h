@@ -40,6 +40,10 @@ using base::Colour;
 std::vector<std::string> face_names(const CadModel& model);
 std::vector<std::optional<Colour>> face_colours(const CadModel& model);
 
+/// The same model with other names of faces.
+/// @throw InvalidArgument when there is not one entry a face
+CadModel with_face_names(const CadModel& model, std::vector<std::string> names);
+
 /// The same model with other colours, for writing.
 /// @throw InvalidArgument when there is not one entry a face
 CadModel with_face_colours(const CadModel& model, std::vector<std::optional<Colour>> colours);

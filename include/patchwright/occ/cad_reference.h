@@ -29,6 +29,7 @@ struct ReferenceOptions {
     /// nearest one and still be preferred.
     double side_reach_rel = 2e-2;
     FootPoints foot_points = FootPoints::Search;
+    std::optional<double> size_mm;  ///< see CadReference::size(); none: the diagonal
     base::Progress progress;
 };
 
@@ -44,6 +45,7 @@ class CadReference final : public geom::ModelSurface {
     CadReference& operator=(CadReference&&) noexcept;
 
     [[nodiscard]] geom::Box3 bounds() const override;
+    [[nodiscard]] double size() const override;
     [[nodiscard]] geom::FootPoint foot_point(
         const geom::Vec3& query,
         const std::optional<geom::Vec3>& side = std::nullopt) const override;
@@ -88,10 +90,17 @@ class CadReference final : public geom::ModelSurface {
     std::unique_ptr<Impl> impl_;
 };
 
+/// Connected faces of a model, as a surface of their own. Where bodies overlap or touch,
+/// the nearest point among all of them may lie on the wrong one.
+struct BodyReference {
+    std::vector<int> faces;  ///< of the model
+    std::shared_ptr<const CadReference> surface;
+};
+
 /// The bodies of a model, each as a reference of its own, but for those that cannot be
 /// triangulated.
-std::vector<geom::BodyReference> body_references(const CadModel& model,
-                                                 const ReferenceOptions& options = {});
+std::vector<BodyReference> body_references(const CadModel& model,
+                                           const ReferenceOptions& options = {});
 
 }  // namespace patchwright::occ
 #pragma GCC visibility pop

@@ -114,7 +114,7 @@ void set_least(QuadLayout& layout) {
 
 void set_wanted(QuadLayout& layout, const geom::ModelSurface& reference, const ArcSizes& sizes,
                 Poll& poll) {
-    const double diagonal = reference.bounds().diagonal();
+    const double diagonal = reference.size();
     set_least(layout);
     for (LayoutArc& arc : layout.arcs) {
         arc.wanted = edges_along(arc.points, diagonal, sizes);

@@ -61,7 +61,7 @@ Vec3 point_of(const geom::SurfaceMesh& mesh, int v) { return mesh.points.row(v).
 /// Whether the curvature across a side of a smooth feature is another one on the other side.
 bool curvature_jumps(const geom::SurfaceMesh& mesh, const EdgeTriangles& sides,
                      const geom::ModelSurface& reference, const geom::FeatureSide& side) {
-    const double diagonal = reference.bounds().diagonal();
+    const double diagonal = reference.size();
     const Vec3 a = point_of(mesh, side.v0), b = point_of(mesh, side.v1);
     const Vec3 middle = 0.5 * (a + b), along = (b - a).normalized();
     std::vector<double> across;

@@ -31,7 +31,7 @@ class CrestSearch {
                 Poll& poll)
         : piece_(piece),
           mesh_(mesh),
-          tightest_(tight_radius_rel * reference.bounds().diagonal()),
+          tightest_(tight_radius_rel * reference.size()),
           bend_(piece.vertices.size(), 0.0) {
         for (std::size_t i = at(piece.border_count()); i < bend_.size(); ++i) {
             poll();

@@ -15,7 +15,7 @@ FeatureChain chain_from(int curve, bool backwards, const geom::ModelSurface& ref
     constexpr double same_rel = 1e-6, straight = 0.7;
     const auto& curves = reference.features().curves;
     const geom::CurveEnds ends =
-        geom::curve_ends(reference.features(), same_rel * reference.bounds().diagonal());
+        geom::curve_ends(reference.features(), same_rel * reference.size());
     // Unit, along the curve away from its start or towards its end.
     const auto tangent = [&](int c, bool at_end) {
         return reference.point_on_curve(c, at_end ? curves[std::size_t(c)].length : 0.0).tangent;

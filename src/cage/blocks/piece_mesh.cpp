@@ -78,7 +78,7 @@ void PieceMesh::find_nodes() {
         next[a].push_back(b);
         next[b].push_back(a);
     }
-    const double step = step_rel * reference_.bounds().diagonal();
+    const double step = step_rel * reference_.size();
     for (const auto& [v, others] : next) {
         bool node = others.size() != 2 || mesh_.corner(v) >= 0;
         if (!node) {

@@ -194,7 +194,7 @@ class FieldSolver {
 
 std::vector<FieldHint> curvature_hints(const geom::EditableMesh& mesh,
                                        const geom::ModelSurface& reference, Poll& poll) {
-    const double diagonal = reference.bounds().diagonal();
+    const double diagonal = reference.size();
     std::vector<FieldHint> hints(at(mesh.triangle_count()));
     for (int t = 0; t < mesh.triangle_count(); ++t) {
         if (!mesh.alive(t)) continue;

@@ -107,7 +107,7 @@ class Builder {
     /// By the surface and not by the triangle: where it bends within a triangle's size, the
     /// directions of long edges would be off by so much that they became short.
     void set_metric(Cell& cell) const {
-        const double diagonal = reference_.bounds().diagonal();
+        const double diagonal = reference_.size();
         std::optional<geom::Curvature> bend;
         if (cell.normal.norm() > 0.5)
             bend = reference_.curvature(reference_.foot_point(cell.middle, cell.normal));
@@ -203,7 +203,7 @@ class Builder {
 std::vector<double> edges_by_curve(const LayoutArc& arc, const geom::ModelSurface& reference,
                                    const MetricSizes& sizes) {
     constexpr int parts = 4;
-    const double diagonal = reference.bounds().diagonal();
+    const double diagonal = reference.size();
     std::vector<double> edges(arc.points.size() - 1, 0.0);
     for (std::size_t i = 0; i < edges.size() && arc.curve >= 0; ++i) {
         const Vec3 way = arc.points[i + 1] - arc.points[i];

@@ -64,8 +64,7 @@ class Remeshing {
           ways_(reference, poll),
           poll_(poll),
           size_(mesh, reference, options.size, poll),
-          negligible_(negligible_share * options.size.tolerance_rel *
-                      reference.bounds().diagonal()) {}
+          negligible_(negligible_share * options.size.tolerance_rel * reference.size()) {}
 
     void run() {
         for (int round = 0; round < options_.rounds; ++round) {

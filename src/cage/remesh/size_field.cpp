@@ -83,7 +83,7 @@ SizeField::SizeField(const geom::EditableMesh& mesh, const geom::ModelSurface& r
 }
 
 double SizeField::by_curvature(int v) const {
-    const double diagonal = reference_.bounds().diagonal();
+    const double diagonal = reference_.size();
     double size = options_.largest_rel * diagonal;
     const double bend =
         std::max(surface_curvature(mesh_, reference_, v), curve_curvature(mesh_, v));

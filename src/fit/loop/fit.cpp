@@ -1,5 +1,4 @@
 #include "fit/loop/facing.h"
-#include "fit/loop/given.h"
 #include "fit/loop/measure.h"
 #include "fit/loop/placement.h"
 #include "fit/loop/refinement.h"
@@ -8,6 +7,7 @@
 
 #include <patchwright/base/error.h>
 #include <patchwright/fit/fit.h>
+#include <patchwright/fit/fit_parts.h>
 #include <patchwright/fit/interpolate.h>
 #include <patchwright/subd/normal_control.h>
 

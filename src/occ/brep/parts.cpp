@@ -51,9 +51,8 @@ CadModel part_of(const CadModel& model, const std::vector<int>& faces) {
     return CadModel(std::move(impl));
 }
 
-std::vector<geom::BodyReference> body_references(const CadModel& model,
-                                                 const ReferenceOptions& options) {
-    std::vector<geom::BodyReference> bodies;
+std::vector<BodyReference> body_references(const CadModel& model, const ReferenceOptions& options) {
+    std::vector<BodyReference> bodies;
     for (std::vector<int>& faces : connected_faces(model)) {
         try {
             auto surface = std::make_shared<const CadReference>(part_of(model, faces), options);

@@ -48,6 +48,16 @@ std::vector<std::optional<Colour>> face_colours(const CadModel& model) {
     return colours;
 }
 
+CadModel with_face_names(const CadModel& model, std::vector<std::string> names) {
+    const std::size_t faces = faces_of(model).size();
+    if (names.size() != faces)
+        throw base::InvalidArgument(
+            fmt::format("{} names for {} faces; give one a face", names.size(), faces));
+    auto impl = std::make_shared<CadModel::Impl>(model.impl());
+    impl->face_names = std::move(names);
+    return CadModel(std::move(impl));
+}
+
 CadModel with_face_colours(const CadModel& model, std::vector<std::optional<Colour>> colours) {
     const std::size_t faces = faces_of(model).size();
     if (colours.size() != faces)

@@ -26,6 +26,7 @@ using geom::Vec3;
 struct CadReference::Impl {
     CadModel model;  ///< surfaces and curves are shared with it
     SearchModel search;
+    std::optional<double> size;
 };
 
 namespace {
@@ -197,11 +198,12 @@ std::vector<Placed> in_z_order(const geom::Points& queries) {
 }  // namespace
 
 CadReference::CadReference(const CadModel& model, const ReferenceOptions& options)
-    : impl_(new Impl{model, {}}) {
+    : impl_(new Impl{model, {}, options.size_mm}) {
     require(options.deflection_rel > 0.0 && options.deflection_rel < 1.0,
             "ReferenceOptions::deflection_rel must lie between 0 and 1");
     require(options.sharp_angle_rad > 0.0, "ReferenceOptions::sharp_angle_rad must be positive");
     require(options.side_reach_rel >= 0.0, "ReferenceOptions::side_reach_rel must not be negative");
+    require(options.size_mm.value_or(1.0) > 0.0, "ReferenceOptions::size_mm must be positive");
     guard_kernel<base::InputError>("preparing the CAD reference",
                                    [&] { fill(impl_->search, model.impl().shape, options); });
 }
@@ -211,6 +213,8 @@ CadReference::CadReference(CadReference&&) noexcept = default;
 CadReference& CadReference::operator=(CadReference&&) noexcept = default;
 
 geom::Box3 CadReference::bounds() const { return impl_->search.bounds; }
+
+double CadReference::size() const { return impl_->size.value_or(bounds().diagonal()); }
 
 geom::FootPoint CadReference::foot_point(const Vec3& query, const std::optional<Vec3>& side) const {
     require(query.allFinite(), "foot_point: the query is not finite");

@@ -1,0 +1,277 @@
+#include "convert/attempt_runner.h"
+
+#include "convert/body_contacts.h"
+#include "convert/earlier_state.h"
+
+#include <patchwright/base/error.h>
+#include <patchwright/base/memory.h>
+#include <patchwright/fit/fit_parts.h>
+#include <patchwright/measure/crease_rule.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <new>
+#include <utility>
+
+namespace patchwright::convert {
+
+namespace {
+
+/// Of the tolerance, for caps at extraordinary vertices and for what lies between the fit's
+/// samples; the rest is for the fit.
+constexpr double caps_share = 0.05;
+/// Levels of a made cage that may gain nothing: another cage may serve better.
+constexpr int idle_levels = 2;
+
+/// How far a fit grows: a made cage that is too coarse by more is better made anew.
+struct Growth {
+    int levels, vertices;
+};
+
+/// Cages that were given, or recognised as wings and the like: as far as memory allows.
+constexpr Growth unlimited_growth{12, 200000};
+/// More vertices than this are not a few clean patches any more.
+constexpr int most_vertices = 40000;
+/// Blocks are coarse and refined in single strips: some vertices to begin with, and so many a face.
+constexpr int first_vertices = 2000, vertices_a_face = 12;
+/// Levels of blocks and of remeshed cages, whose faces have the size that the shape asks for: two
+/// are 16 times as many. Blocks that meet do so within them (48 random parts, wing and fuselage).
+constexpr int made_levels = 2;
+
+Growth growth_of(CageKind kind, int faces) {
+    switch (kind) {
+        case CageKind::Given:
+        case CageKind::Sections: return unlimited_growth;
+        case CageKind::Field:
+        case CageKind::Blocks:
+            return {made_levels, std::min(most_vertices, first_vertices + vertices_a_face * faces)};
+        case CageKind::Remeshed: return {made_levels, most_vertices};
+    }
+    return unlimited_growth;
+}
+
+std::optional<double> off_catmull_clark(const mesh::Cage& cage) {
+    if (!cage.topology->has_runouts()) return std::nullopt;
+    return measure::distance_from_catmull_clark(cage);
+}
+
+}  // namespace
+
+bool memory_suffices(const std::function<void()>& work) {
+    const base::MayRunOutOfMemory scope;
+    try {
+        work();
+        return true;
+    } catch (const std::bad_alloc&) {
+        return false;
+    }
+}
+
+Attempt AttemptRunner::with_cage(const AttemptPlan& plan, const std::vector<Attempt>& attempts) {
+    Attempt attempt{.plan = plan};
+    number_ = attempts.size() + 1;
+    if (plan.given) {
+        attempt.cage = *options_.cage;
+        return attempt;
+    }
+    if (!attempts.empty() && attempts.back().plan.same_cage(plan)) {
+        attempt.kind = attempts.back().kind;
+        attempt.cage = attempts.back().cage;
+        attempt.layout = attempts.back().layout;
+        attempt.faces_refused = attempts.back().faces_refused;
+        return attempt;
+    }
+    cage::CageOptions making = plan.cage;
+    making.progress = told(budget_.limited());
+    cage::CageResult made = cage::make_cage(surface(), making);
+    for (std::string& text : made.notices) notice(std::move(text));
+    attempt.kind = made.method == cage::Method::Remesh ? CageKind::Remeshed
+                   : made.from_field                   ? CageKind::Field
+                   : made.from_faces                   ? CageKind::Blocks
+                                                       : CageKind::Sections;
+    attempt.cage = std::move(made.cage);
+    attempt.layout = std::move(made.layout);
+    attempt.faces_refused = made.faces_refused;
+    clock_.end("layout");
+    return attempt;
+}
+
+void AttemptRunner::fit(Attempt& attempt) {
+    const Growth growth = growth_of(attempt.kind, attempt.cage.topology->face_count());
+    fit::FitOptions fitting{
+        .tolerance_mm = (1.0 - caps_share) * attempt.plan.fit_share * options_.tolerance_mm,
+        .refinement =
+            attempt.kind == CageKind::Remeshed ? fit::RefinementScope::Global : options_.refinement,
+        .max_levels = options_.max_levels.value_or(growth.levels),
+        .max_vertices = growth.vertices,
+        .preserve_parametrisation = attempt.plan.preserve_parametrisation,
+        .symmetry = options_.symmetry,
+        .crease_rule = options_.crease_rule,
+        .interpolate = options_.interpolate,
+        .progress = told(budget_.limited())};
+    if (attempt.kind != CageKind::Given) fitting.max_idle_levels = idle_levels;
+    fit::FitResult found = fitted(attempt, fitting);
+    if (found.faces_away)
+        notice(
+            "the cage faces the other way than the model; it was fitted so, and so does the "
+            "result (reverse the order of the vertices of its faces to turn it)");
+    attempt.stopped_by_time_limit = found.stopped_by_time_limit;
+    attempt.keeps_cage = options_.refit;
+    attempt.fit = {.carried = std::move(attempt.fit.carried),
+                   .tolerance = options_.tolerance_mm,
+                   .best_level = found.best_level,
+                   .symmetry_axis = found.symmetry_axis,
+                   .off_catmull_clark_mm = off_catmull_clark(found.cage),
+                   .before = measure::measure_fairness(attempt.cage),
+                   .after = measure::measure_fairness(found.cage),
+                   .levels = std::move(found.levels)};
+    attempt.fitted = std::move(found.cage);
+    clock_.end("fit");
+}
+
+fit::FitResult AttemptRunner::fitted(Attempt& attempt, const fit::FitOptions& fitting) const {
+    if (options_.refit) return refitted(attempt, fitting);
+    try {
+        return fit::fit(attempt.cage, surface(), fitting);
+    } catch (const base::TimeLimitReached&) {
+        if (!body_) throw;
+        fit::FitResult given = fit::measure_given(attempt.cage, surface(), fitting);
+        given.stopped_by_time_limit = true;
+        return given;
+    }
+}
+
+fit::FitResult AttemptRunner::refitted(Attempt& attempt, const fit::FitOptions& fitting) const {
+    const auto count_folds = [&](const mesh::Cage& cage) {
+        return folds_of(make_shape(cage, options_.shape, shape_tolerance())).folded;
+    };
+    check_earlier_state(attempt.cage, source_);
+    std::optional<fit::ModelChange> change;
+    if (const Source* earlier = options_.earlier) {
+        check_fitted_to(attempt.cage, *earlier, source_);
+        change.emplace(fit::ModelState{earlier->surface(), earlier->input.file},
+                       fit::ModelState{surface(), source_.input.file});
+    }
+    fit::RefitResult carried = fit::refit(
+        attempt.cage, surface(),
+        {.fit = fitting, .change = change ? &*change : nullptr, .count_folds = count_folds});
+    attempt.fit.carried = std::move(carried.stages);
+    return std::move(carried.fit);
+}
+
+void AttemptRunner::measure(Attempt& attempt, const std::vector<Attempt>& attempts) {
+    const base::Progress progress = told(budget_.unlimited());
+    const double tolerance = options_.tolerance_mm;
+    const Shape shape = make_shape(attempt.fitted, options_.shape, shape_tolerance(), &surface());
+    for (const std::string& text : shape.notices) notice(text);
+    clock_.end("patch");
+    std::optional<occ::CadModel> written;
+    if (!output_.empty() && may_win(attempt, attempts)) {
+        attempt.file = std::make_shared<base::PendingFile>(output_);
+        occ::WriteOptions writing = options_.shape.write;
+        if (!writing.name) writing.name = output_.stem().string();
+        written = write_and_read_back(shape, *attempt.file, writing);
+        clock_.end("write");
+    }
+    const occ::CadModel& model = written ? *written : shape.model;
+    attempt.patches = shape.patches;
+    attempt.shape = inspect_shape(shape, model, output_.string(), progress);
+    if (!attempt.shape.crossing_bodies.empty())
+        find_new_crossings(attempt.shape, bodies(), tolerance);
+    attempt.output = std::make_shared<const occ::CadReference>(
+        model, occ::ReferenceOptions{.foot_points = source_.options.foot_points});
+    attempt.deviation = compare(*attempt.output, surface(), options_.samples, tolerance, progress);
+    if (attempt.folds.samples == 0) attempt.folds = folds_of(shape);
+    clock_.end("check");
+    attempt.verdict =
+        assess(attempt, source_, options_.tolerance_mm, options_.normal_tolerance_rad);
+}
+
+Attempt AttemptRunner::carry_out(const AttemptPlan& plan, const std::vector<Attempt>& attempts) {
+    Attempt attempt = with_cage(plan, attempts);
+    fit(attempt);
+    measure(attempt, attempts);
+    return attempt;
+}
+
+void AttemptRunner::find_bounds(Attempt& best) {
+    const auto bound = [&] {
+        add_bounds(best.deviation, *best.output, surface(), budget_.unlimited());
+    };
+    if (!memory_suffices(bound))
+        notice("the deviation has no upper bound: finding one ran out of memory");
+    clock_.end("check");
+}
+
+void AttemptRunner::find_folds(Attempt& attempt, measure::VerdictFigures& figures) {
+    attempt.folds = folds_of(make_shape(attempt.fitted, options_.shape, shape_tolerance()));
+    const auto& fold = attempt.folds.worst;
+    figures.fold_rad = fold ? measure::Worst{fold->angle_rad, fold->point} : measure::Worst{};
+    clock_.end("check");
+}
+
+void AttemptRunner::find_normals(const Attempt& attempt, measure::VerdictFigures& figures) {
+    const Shape shape = make_shape(attempt.fitted, options_.shape, shape_tolerance());
+    add_normals(
+        figures,
+        measure::measure_relative_fairness(
+            occ::CadReference(shape.model), surface(),
+            {.samples = options_.samples, .lines = 0, .progress = told(budget_.unlimited())}));
+    figures.normal_tolerance_rad = options_.normal_tolerance_rad;
+    clock_.end("check");
+}
+
+void AttemptRunner::notice(std::string text) {
+    if (std::find(notices_.begin(), notices_.end(), text) == notices_.end())
+        notices_.push_back(std::move(text));
+}
+
+ShapeTolerance AttemptRunner::shape_tolerance() const {
+    return {caps_share * options_.tolerance_mm, options_.tolerance_mm};
+}
+
+/// The number of the body, and from the second attempt on its number, go before the stage.
+base::Progress AttemptRunner::told(base::Progress progress) const {
+    std::string before;
+    if (body_) before += fmt::format("body {}, ", *body_ + 1);
+    if (number_ > 1) before += fmt::format("attempt {}, ", number_);
+    if (before.empty() || !progress) return progress;
+    return [progress = std::move(progress), before](std::string_view stage, double fraction) {
+        return progress(fmt::format("{}{}", before, stage), fraction);
+    };
+}
+
+/// Whether an attempt may become the best one, as far as its fit tells.
+bool AttemptRunner::may_win(const Attempt& attempt, const std::vector<Attempt>& attempts) const {
+    const auto best = choose_best(attempts);
+    if (!best) return true;
+    // No verdict is better than one that misses nothing but what the fit has missed.
+    const auto& fitted = attempt.fit.levels[std::size_t(attempt.fit.best_level)];
+    const measure::Verdict at_best =
+        measure::assess({.tolerance_mm = options_.tolerance_mm,
+                         .diagonal_mm = source_.input.diagonal,
+                         .output_to_input_mm = measure::Worst{fitted.largest(), {}}});
+    return measure::better(at_best, attempts[*best].verdict);
+}
+
+measure::FoldFigures AttemptRunner::folds_of(const Shape& shape) const {
+    return measure::find_folds(shape.surfaces, surface(),
+                               {.tolerance_mm = options_.tolerance_mm,
+                                .creases = shape.creases,
+                                .may_face_away = !source_.figures.closed,
+                                .progress = told(budget_.unlimited())});
+}
+
+const BodySurfaces& AttemptRunner::bodies() {
+    if (bodies_) return *bodies_;
+    bodies_.emplace();
+    // Bodies of triangles are not told apart.
+    if (source_.model)
+        for (const occ::BodyReference& body : occ::body_references(
+                 *source_.model, source_.reference_options(told(budget_.unlimited()))))
+            bodies_->push_back(body.surface);
+    return *bodies_;
+}
+
+}  // namespace patchwright::convert
