@@ -19,9 +19,10 @@ namespace {
 
 constexpr const char* usage =
     "usage: make_aircraft KIND SEED OUT.step [--open] [--untrimmed] [--iges]\n"
-    "KIND: flying_wing, blended_wing_body, wing_body_tails or wing_body_nacelles\n"
+    "KIND: flying_wing, blended_wing_body, wing_body_tails, wing_body_nacelles or components\n"
     "  --open       the right half, open at the plane of symmetry; else a closed solid\n"
-    "  --untrimmed  one skin of faces with natural borders; else parts that are fused\n"
+    "  --untrimmed  one skin of faces with natural borders; else parts that are fused, but for\n"
+    "               components, which stay solids of their own\n"
     "  --iges       faces one by one, unsewn, in OUT\n";
 
 struct Options {

@@ -76,8 +76,8 @@ enum class Extent {
     OpenHalf  ///< a shell: the right half, open at the plane of symmetry
 };
 
-/// By kind: flying_wing, blended_wing_body, wing_body_tails, wing_body_nacelles.
-/// @throw invalid_argument when there is no such kind, or none with these borders
+/// By kind: flying_wing, blended_wing_body, wing_body_tails, wing_body_nacelles, components.
+/// @throw invalid_argument when there is no such kind, or none with these borders or extent
 /// @throw runtime_error when the seed's parts do not make one valid solid
 TopoDS_Shape make_aircraft(const std::string& kind, unsigned seed, Borders borders, Extent extent);
 

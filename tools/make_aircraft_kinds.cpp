@@ -5,11 +5,13 @@
 #include <BRepBndLib.hxx>
 #include <BRepCheck_Analyzer.hxx>
 #include <BRepPrimAPI_MakeBox.hxx>
+#include <BRep_Builder.hxx>
 #include <Bnd_Box.hxx>
 #include <TopExp.hxx>
 #include <TopTools_IndexedMapOfShape.hxx>
 #include <TopTools_ListOfShape.hxx>
 #include <TopoDS.hxx>
+#include <TopoDS_Compound.hxx>
 
 #include <cmath>
 #include <numbers>
@@ -176,23 +178,34 @@ class Maker {
     TopoDS_Shape wing_body_tails() {
         require_trimmed("wing_body_tails");
         const Fuselage body = fuselage();
-        const double r = body.radius;
-        const Airfoil thin = symmetric_airfoil(between(0.08, 0.1));
-        const double chord = body.length * between(0.07, 0.09);
-        const double sweep = between(15, 40) * deg;
-        const Station root{gp_Pnt(0.86 * body.length, 0.1 * r, 0.42 * r), chord, 0, 0, thin};
-        const Station tip = tip_of(root,
-                                   {body.length * between(0.14, 0.18), chord * between(0.4, 0.6),
-                                    sweep, between(0, 8) * deg},
-                                   thin);
-        const Station fin_root{gp_Pnt(0.82 * body.length, 0, 0.45 * r), 1.3 * chord, 0, 90 * deg,
-                               thin};
-        const Station fin_tip = tip_of(
-            fin_root, {body.length * between(0.12, 0.16), 0.6 * chord, sweep, 90 * deg}, thin);
-        return assembled({lofts::sewn_solid(with_mirror_image(faces_of(body))),
-                          closed_wing({{fin_root, fin_tip}}, tip_)},
-                         {closed_wing(main_wing(body), tip_), closed_wing({{root, tip}}, tip_)},
-                         extent_);
+        const Tails tails = tails_of(body);
+        return assembled(
+            {lofts::sewn_solid(with_mirror_image(faces_of(body))),
+             closed_wing({{tails.fin_root, tails.fin_tip}}, tip_)},
+            {closed_wing(main_wing(body), tip_), closed_wing({{tails.root, tails.tip}}, tip_)},
+            extent_);
+    }
+
+    /// Solids of their own, as tools for early design write them: halves of wing and tail planes
+    /// touch in ribs in the plane of symmetry, and run through the body.
+    TopoDS_Shape components() {
+        require_trimmed("components");
+        if (extent_ != Extent::Whole)
+            throw std::invalid_argument("components are made on both sides only");
+        const Fuselage body = fuselage();
+        const Tails tails = tails_of(body);
+        std::vector<TopoDS_Shape> parts{lofts::sewn_solid(with_mirror_image(faces_of(body))),
+                                        closed_wing({{tails.fin_root, tails.fin_tip}}, tip_)};
+        for (const auto& panels :
+             {main_wing(body), std::vector<std::vector<Station>>{{tails.root, tails.tip}}}) {
+            parts.push_back(closed_wing(at_symmetry_plane(panels), tip_));
+            parts.push_back(mirror_image(parts.back()));
+        }
+        const BRep_Builder builder;
+        TopoDS_Compound all;
+        builder.MakeCompound(all);
+        for (const TopoDS_Shape& part : parts) builder.Add(all, part);
+        return all;
     }
 
     TopoDS_Shape wing_body_nacelles() {
@@ -297,6 +310,36 @@ class Maker {
         return closed_wing({{root, tip_of(root, form, thin)}}, tip_);
     }
 
+    struct Tails {
+        Station root, tip, fin_root, fin_tip;
+    };
+
+    Tails tails_of(const Fuselage& body) {
+        const double r = body.radius;
+        const Airfoil thin = symmetric_airfoil(between(0.08, 0.1));
+        const double chord = body.length * between(0.07, 0.09);
+        const double sweep = between(15, 40) * deg;
+        Tails tails;
+        tails.root = {gp_Pnt(0.86 * body.length, 0.1 * r, 0.42 * r), chord, 0, 0, thin};
+        tails.tip = tip_of(tails.root,
+                           {body.length * between(0.14, 0.18), chord * between(0.4, 0.6), sweep,
+                            between(0, 8) * deg},
+                           thin);
+        tails.fin_root = {gp_Pnt(0.82 * body.length, 0, 0.45 * r), 1.3 * chord, 0, 90 * deg, thin};
+        tails.fin_tip =
+            tip_of(tails.fin_root,
+                   {body.length * between(0.12, 0.16), 0.6 * chord, sweep, 90 * deg}, thin);
+        return tails;
+    }
+
+    static std::vector<std::vector<Station>> at_symmetry_plane(
+        std::vector<std::vector<Station>> panels) {
+        const gp_Vec inboard(0, -panels.front().front().nose.Y(), 0);
+        for (auto& panel : panels)
+            for (Station& station : panel) station.nose.Translate(inboard);
+        return panels;
+    }
+
     Fuselage fuselage() {
         Fuselage body{.length = between(15000, 40000)};
         body.radius = body.length * between(0.05, 0.06);
@@ -343,6 +386,7 @@ TopoDS_Shape make_aircraft(const std::string& kind, unsigned seed, Borders borde
     if (kind == "blended_wing_body") return maker.blended_wing_body();
     if (kind == "wing_body_tails") return maker.wing_body_tails();
     if (kind == "wing_body_nacelles") return maker.wing_body_nacelles();
+    if (kind == "components") return maker.components();
     throw std::invalid_argument("there is no kind " + kind);
 }
 

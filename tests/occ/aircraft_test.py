@@ -12,10 +12,12 @@ import unittest
 
 TRIMMED = ((), ("--open",))
 ALL = (*TRIMMED, ("--untrimmed",), ("--untrimmed", "--open"))
-VARIANTS = {"flying_wing": ALL, "blended_wing_body": ALL, "wing_body_tails": TRIMMED, "wing_body_nacelles": TRIMMED}
+VARIANTS = {"flying_wing": ALL, "blended_wing_body": ALL, "wing_body_tails": TRIMMED, "wing_body_nacelles": TRIMMED,
+            "components": ((), ("--iges",))}
 
 
-def make(kind, seed, folder, options=(), suffix="step"):
+def make(kind, seed, folder, options=()):
+    suffix = "igs" if "--iges" in options else "step"
     out = pathlib.Path(folder) / ("_".join([kind, str(seed), *(o.strip("-") for o in options)]) + "." + suffix)
     subprocess.run([MAKE, kind, str(seed), out, *options], check=True)
     return out
@@ -47,17 +49,24 @@ class Aircraft(unittest.TestCase):
         self.check("wing_body_tails", 1, ())
         self.check("wing_body_nacelles", 5, ("--open",))
 
+    def test_components_stay_apart_sewn_or_not(self):
+        # A body, a fin, and both halves of wing and tail planes, which touch.
+        for options in ((), ("--iges",)):
+            solid = self.inspect(make("components", 2, self.folder.name, options))
+            self.assertTrue(solid["valid"] and solid["closed"])
+            self.assertEqual(solid["solids"], 6)
+
     def test_loose_faces_are_the_same_on_every_run_and_can_be_sewn(self):
         texts = []
         for _ in range(2):
-            file = make("flying_wing", 4, self.folder.name, ["--untrimmed", "--iges"], "igs")
+            file = make("flying_wing", 4, self.folder.name, ["--untrimmed", "--iges"])
             texts.append(file.read_bytes())
         self.assertEqual(*texts)
         solid = self.inspect(file)
         self.assertTrue(solid["valid"] and solid["closed"])
 
     def test_what_there_is_not_is_refused(self):
-        for arguments in (["zeppelin", "1"], ["wing_body_tails", "1", "--untrimmed"]):
+        for arguments in (["zeppelin", "1"], ["wing_body_tails", "1", "--untrimmed"], ["components", "1", "--open"]):
             arguments.insert(2, str(pathlib.Path(self.folder.name) / "none.step"))
             run = subprocess.run([MAKE, *arguments], capture_output=True, text=True)
             self.assertEqual(run.returncode, 1)
