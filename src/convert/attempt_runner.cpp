@@ -183,6 +183,7 @@ void AttemptRunner::measure(Attempt& attempt, const std::vector<Attempt>& attemp
         model, occ::ReferenceOptions{.foot_points = source_.options.foot_points});
     attempt.deviation = compare(*attempt.output, surface(), options_.samples, tolerance, progress);
     if (attempt.folds.samples == 0) attempt.folds = folds_of(shape);
+    if (body_) attempt.drop_file();  // nobody looks at a body by itself
     clock_.end("check");
     attempt.verdict =
         assess(attempt, source_, options_.tolerance_mm, options_.normal_tolerance_rad);

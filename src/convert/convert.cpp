@@ -16,6 +16,9 @@ namespace patchwright::convert {
 
 namespace {
 
+/// As far as normals of the input are looked for that agree with the output's, and half of that.
+constexpr double beside_tolerances = 3.0;
+
 double size_of(const AttemptRunner& run) { return run.source().surface().size(); }
 
 /// One more attempt. @return false when one is met, none is left, or memory is used up
@@ -60,7 +63,7 @@ class BodyByBody {
   public:
     BodyByBody(const Source& source, const ConvertOptions& options, const base::Budget& budget,
                base::StageClock& clock)
-        : source_(source), options_(options), budget_(budget) {
+        : options_(options), budget_(budget) {
         for (Body& body : bodies_of(source, options, budget.limited())) {
             Part& part = parts_.emplace_back();
             part.body = std::move(body);
@@ -70,6 +73,24 @@ class BodyByBody {
         if (parts_.empty())
             throw base::InputError(
                 fmt::format("{}: no body could be triangulated", source.input.file));
+    }
+
+    /// Whether no body is beside another one: then what is measured on the model is the bodies'.
+    [[nodiscard]] bool are_apart() const {
+        const geom::Vec3 reach = geom::Vec3::Constant(beside_tolerances * options_.tolerance_mm);
+        std::vector<geom::Box3> boxes;
+        for (const Part& part : parts_) {
+            geom::Box3 box = part.body.source.cad->bounds();
+            box.min -= reach;
+            box.max += reach;
+            boxes.push_back(box);
+        }
+        for (std::size_t i = 0; i < boxes.size(); ++i)
+            for (std::size_t j = 0; j < i; ++j)
+                if ((boxes[i].min.array() <= boxes[j].max.array()).all() &&
+                    (boxes[j].min.array() <= boxes[i].max.array()).all())
+                    return false;
+        return true;
     }
 
     /// A cage of each body, fitted.
@@ -174,7 +195,6 @@ class BodyByBody {
         return part.conversion.attempts[*part.conversion.kept];
     }
 
-    const Source& source_;
     const ConvertOptions& options_;
     const base::Budget& budget_;
     std::deque<Part> parts_;  // which their runs refer to
@@ -185,14 +205,22 @@ void convert_bodies(AttemptRunner& run, const base::Budget& budget, base::StageC
                     Conversion& conversion) {
     try {
         BodyByBody bodies(run.source(), run.options(), budget, clock);
+        const auto measure_all = [&] {
+            Attempt whole = bodies.joined();
+            run.measure(whole, conversion.attempts);
+            conversion.attempts.push_back(std::move(whole));
+        };
         bodies.fit();
-        bodies.improve();
         run.set_bodies(bodies.surfaces());
-        Attempt whole = bodies.joined();
+        if (bodies.are_apart()) measure_all();
+        if (conversion.attempts.empty() || !conversion.attempts.front().verdict.met()) {
+            bodies.improve();
+            measure_all();
+        }
         bodies.finish(run, conversion);
-        run.measure(whole, {});
-        conversion.attempts.push_back(std::move(whole));
-        conversion.kept = 0;
+        conversion.kept = choose_best(conversion.attempts);
+        for (std::size_t i = 0; i < conversion.attempts.size(); ++i)
+            if (i != conversion.kept) conversion.attempts[i].drop_file();
     } catch (const base::TimeLimitReached&) {
         conversion.time_limit_reached = true;
     }

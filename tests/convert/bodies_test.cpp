@@ -18,8 +18,8 @@ using namespace patchwright;
 
 namespace {
 
-/// Two sharp cubes with edges of 2 mm, of which one sticks in the other.
-convert::Source crossing_cubes() {
+/// Two sharp cubes with edges of 2 mm, one of them moved along x and a little across.
+convert::Source cubes(double apart) {
     mesh::TopologyInput tags;
     for (const auto& face : test::cube_faces) {
         for (std::size_t i = 0; i < 4; ++i)
@@ -28,7 +28,7 @@ convert::Source crossing_cubes() {
     }
     const mesh::Cage one = test::cube(2.0, tags);
     mesh::Cage other = one;
-    other.points.rowwise() += Eigen::RowVector3d(1.2, 0.1, 0.2);
+    other.points.rowwise() += Eigen::RowVector3d(apart, 0.1, 0.2);
     const occ::CadModel model = occ::assemble(patch::extract(mesh::joined({one, other})).patches);
     convert::Source source{.model = model,
                            .cad = std::make_shared<const occ::CadReference>(model),
@@ -38,6 +38,9 @@ convert::Source crossing_cubes() {
     source.input.diagonal = source.cad->bounds().diagonal();
     return source;
 }
+
+/// One sticks in the other.
+convert::Source crossing_cubes() { return cubes(1.2); }
 
 class OutputFile {
   public:
@@ -101,6 +104,18 @@ TEST_CASE("each body has its own attempts, which together are the model's", "[co
     const convert::Conversion alone =
         convert::convert(first.source, file.path(), {.tolerance_mm = 1e-3});
     CHECK(alone.attempts.front().fitted.points == done.bodies[0].attempts.front().fitted.points);
+}
+
+TEST_CASE("bodies that are apart and meet are measured together only", "[convert]") {
+    const convert::Source source = cubes(3.5);
+    const OutputFile file("apart.step");
+    const convert::Conversion done = convert::convert(source, file.path(), {.tolerance_mm = 1e-3});
+    REQUIRE(done.bodies.size() == 2);
+    for (const convert::Conversion& body : done.bodies)
+        CHECK(body.attempts.front().verdict.conditions.empty());
+    REQUIRE(done.attempts.size() == 1);
+    CHECK(done.attempts.front().verdict.met());
+    CHECK(done.attempts.front().shape.solid.solids == 2);
 }
 
 TEST_CASE("bodies that there is no time for are taken as their cages were made", "[convert]") {

@@ -93,7 +93,8 @@ struct Conversion {
     std::vector<Attempt> attempts;    ///< in order
     std::optional<std::size_t> kept;  ///< the best one; none when the time limit came first
     /// Of a model of several bodies whose cages are made: the attempts on each body by itself, of
-    /// which the best together are the only attempt on the model; they have no files.
+    /// which the best together are an attempt on the model; they have no files, and where bodies
+    /// are apart and the first ones together meet, no figures.
     std::vector<Conversion> bodies;
     bool time_limit_reached = false;
     std::vector<std::pair<std::string, double>> seconds;  ///< stage, in order
