@@ -22,8 +22,9 @@ namespace patchwright::cage {
 
 namespace {
 
-// Largest distance of the triangles from the model, of the diagonal. Remeshed cages take their
-// points from the model itself; sections of wings are read off the triangles.
+// Largest distance of the triangles from the model, of its own diagonal, also where it is one body
+// of several: sections of small ones are read off as well as off large ones. Remeshed cages take
+// their points from the model itself.
 constexpr double remeshing_deflection_rel = 1e-3, sections_deflection_rel = 1e-4;
 
 /// One a face, as groups of the cage are named.
@@ -281,7 +282,7 @@ CageResult make_cage(const geom::ModelSurface& model, const CageOptions& options
     Poll poll(options.progress);
     poll();
     const CageSource source{model, group_names(model), poll};
-    const double diagonal = model.size();
+    const double diagonal = model.bounds().diagonal();
     CageResult result;
     std::vector<Blocks> parts;
     if (options.method != Method::Remesh) {
