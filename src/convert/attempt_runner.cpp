@@ -71,16 +71,23 @@ bool memory_suffices(const std::function<void()>& work) {
 Attempt AttemptRunner::with_cage(const AttemptPlan& plan, const std::vector<Attempt>& attempts) {
     Attempt attempt{.plan = plan};
     number_ = attempts.size() + 1;
+    make_cage(attempt, attempts);
+    clock_.end("layout");
+    return attempt;
+}
+
+void AttemptRunner::make_cage(Attempt& attempt, const std::vector<Attempt>& attempts) {
+    const AttemptPlan& plan = attempt.plan;
     if (plan.given) {
         attempt.cage = *options_.cage;
-        return attempt;
+        return;
     }
     if (!attempts.empty() && attempts.back().plan.same_cage(plan)) {
         attempt.kind = attempts.back().kind;
         attempt.cage = attempts.back().cage;
         attempt.layout = attempts.back().layout;
         attempt.faces_refused = attempts.back().faces_refused;
-        return attempt;
+        return;
     }
     cage::CageOptions making = plan.cage;
     making.progress = told(budget_.limited());
@@ -93,8 +100,6 @@ Attempt AttemptRunner::with_cage(const AttemptPlan& plan, const std::vector<Atte
     attempt.cage = std::move(made.cage);
     attempt.layout = std::move(made.layout);
     attempt.faces_refused = made.faces_refused;
-    clock_.end("layout");
-    return attempt;
 }
 
 void AttemptRunner::fit(Attempt& attempt) {

@@ -62,6 +62,7 @@ class AttemptRunner {
   private:
     [[nodiscard]] const geom::ModelSurface& surface() const { return source_.surface(); }
     [[nodiscard]] ShapeTolerance shape_tolerance() const;
+    void make_cage(Attempt& attempt, const std::vector<Attempt>& attempts);
     [[nodiscard]] base::Progress told(base::Progress progress) const;
     [[nodiscard]] fit::FitResult refitted(Attempt& attempt, const fit::FitOptions& fitting) const;
     [[nodiscard]] fit::FitResult fitted(Attempt& attempt, const fit::FitOptions& fitting) const;

@@ -4,7 +4,7 @@
 #include <patchwright/base/error.h>
 #include <patchwright/fit/fit_parts.h>
 #include <patchwright/mesh/parts.h>
-#include <patchwright/occ/inspect_closely.h>
+#include <patchwright/occ/cad_model.h>
 
 #include <fmt/format.h>
 
@@ -16,7 +16,8 @@ namespace patchwright::convert {
 
 namespace {
 
-/// As far as normals of the input are looked for that agree with the output's, and half of that.
+/// A normal that agrees with the output's is looked for on the input as far off as the distance and
+/// two tolerances (measure::find_folds).
 constexpr double beside_tolerances = 3.0;
 
 double size_of(const AttemptRunner& run) { return run.source().surface().size(); }
@@ -142,11 +143,11 @@ class BodyByBody {
                             .levels = one.fit.levels});
             whole.kind = std::max(whole.kind, one.kind);
             whole.layout.insert(whole.layout.end(), one.layout.begin(), one.layout.end());
-            add_folds(whole.folds, one.folds);
             auto& off = whole.fit.off_catmull_clark_mm;
             if (one.fit.off_catmull_clark_mm)
                 off = std::max(off.value_or(0.0), *one.fit.off_catmull_clark_mm);
         }
+        whole.folds = folds();
         whole.cage = mesh::joined(cages);
         fit::FitResult fitted = fit::joined(fits);
         whole.stopped_by_time_limit = fitted.stopped_by_time_limit;
@@ -183,12 +184,19 @@ class BodyByBody {
         Conversion conversion;
     };
 
-    /// Of the bodies: normals near other ones say nothing on a fold. Faces are not numbered anew.
-    static void add_folds(measure::FoldFigures& whole, const measure::FoldFigures& part) {
-        whole.samples += part.samples;
-        whole.folded += part.folded;
-        if (part.worst && (!whole.worst || part.worst->angle_rad > whole.worst->angle_rad))
-            whole.worst = part.worst;
+    /// The bodies' own, as normals of other ones nearby say nothing; none where a body was not
+    /// measured. Faces are not numbered anew.
+    [[nodiscard]] measure::FoldFigures folds() const {
+        measure::FoldFigures whole;
+        for (const Part& part : parts_) {
+            const measure::FoldFigures& one = best(part).folds;
+            if (one.samples == 0) return {};
+            whole.samples += one.samples;
+            whole.folded += one.folded;
+            if (one.worst && (!whole.worst || one.worst->angle_rad > whole.worst->angle_rad))
+                whole.worst = one.worst;
+        }
+        return whole;
     }
 
     static const Attempt& best(const Part& part) {

@@ -10,9 +10,12 @@
 
 #include <catch2/catch.hpp>
 
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <string_view>
+#include <thread>
 
 using namespace patchwright;
 
@@ -116,6 +119,22 @@ TEST_CASE("bodies that are apart and meet are measured together only", "[convert
     REQUIRE(done.attempts.size() == 1);
     CHECK(done.attempts.front().verdict.met());
     CHECK(done.attempts.front().shape.solid.solids == 2);
+}
+
+TEST_CASE("folds are looked for all over where some bodies were not measured", "[convert]") {
+    const convert::Source source = crossing_cubes();
+    const OutputFile file("folds.step");
+    const auto samples = [&](const base::Budget& budget) {
+        const auto done = convert::convert(source, file.path(), {.tolerance_mm = 1e-3}, budget);
+        return done.attempts.front().folds.samples;
+    };
+    // The limit is reached while the first body is measured.
+    constexpr auto limit = std::chrono::seconds(2);
+    const auto wait = [&](std::string_view stage, double) {
+        if (stage == "body 1, folds") std::this_thread::sleep_for(limit);
+        return true;
+    };
+    CHECK(samples(base::Budget(limit, wait)) == samples(base::Budget()));
 }
 
 TEST_CASE("bodies that there is no time for are taken as their cages were made", "[convert]") {
