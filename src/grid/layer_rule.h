@@ -1,6 +1,8 @@
 // Heights of the layers over a point.
 #pragma once
 
+#include <patchwright/grid/layers.h>
+
 #include <algorithm>
 
 namespace patchwright::grid {
@@ -30,5 +32,8 @@ struct LayerRule {
         return {first_mm * std::min(1.0, thickness_mm / rule.thickness(cells)), low};
     }
 };
+
+/// @throw InvalidArgument for options out of range
+LayerRule wanted_rule(const LayerOptions& options);
 
 }  // namespace patchwright::grid

@@ -1,17 +1,16 @@
+#include "grid/far/far_field.h"
 #include "grid/front.h"
 #include "grid/layer_rule.h"
 #include "grid/memory.h"
 
-#include <patchwright/base/error.h>
 #include <patchwright/base/parallel.h>
 #include <patchwright/grid/layers.h>
-
-#include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <optional>
 
 namespace patchwright::grid {
 
@@ -274,31 +273,13 @@ class Marcher {
     std::vector<char> bad_, hopeless_;
 };
 
-double first_height(const LayerOptions& options) {
-    if (options.first_mm > 0.0) return options.first_mm;
-    double sum = 0.0;
-    for (int k = 0; k < options.cells; ++k) sum += std::pow(options.growth, k);
-    return options.thickness_mm / sum;
-}
-
-void check(const LayerOptions& options) {
-    if (options.cells < 1 || options.cells > 10000) {
-        throw base::InvalidArgument(fmt::format("{} layers; use 1 to 10000", options.cells));
-    }
-    if (!(options.growth >= 0.5 && options.growth <= 5.0)) {
-        throw base::InvalidArgument(fmt::format("layers grow by {}; use 0.5 to 5", options.growth));
-    }
-    if (!(options.first_mm > 0.0) && !(options.thickness_mm > 0.0)) {
-        throw base::InvalidArgument("layers need the height of the first one or of all");
-    }
-}
-
 }  // namespace
 
 struct LayerGrid::State {
     FrontMesh mesh;
     std::vector<geom::Points> fronts;
     double thinnest = 1.0;
+    bool has_far_field = false;
 
     explicit State(const Plan& plan) : mesh(plan) {}
 
@@ -346,11 +327,13 @@ struct LayerGrid::State {
 };
 
 LayerGrid::LayerGrid(const Plan& plan, const LayerOptions& options) : plan_(plan) {
-    check(options);
+    const LayerRule wanted = wanted_rule(options);
     require_memory(plan, options.cells + 1, options.cells + 1);
     state_ = std::make_unique<State>(plan);
+    std::optional<Sphere> sphere;
+    if (options.far_field_mm > 0.0)
+        sphere = enclosing_sphere(plan, state_->mesh, options.far_field_mm);
     const std::size_t count = state_->mesh.size();
-    const LayerRule wanted{first_height(options), options.growth};
     std::vector<LayerRule> rules(count, wanted);
     std::vector<double> thickness(count, wanted.thickness(options.cells));
     for (int march = 0;; ++march) {
@@ -371,10 +354,18 @@ LayerGrid::LayerGrid(const Plan& plan, const LayerOptions& options) : plan_(plan
         state_->thinnest = std::min(
             state_->thinnest,
             (state_->fronts[k] - state_->fronts[k - 1]).rowwise().norm().minCoeff() / height);
+    if (!sphere) return;
+    const auto last = state_->fronts.end();
+    for (geom::Points& front : far_fronts(plan, state_->mesh, *sphere, {last[-2], last[-1]},
+                                          {options.growth, options.progress}))
+        state_->fronts.push_back(std::move(front));
+    state_->has_far_field = true;
 }
 LayerGrid::~LayerGrid() = default;
 
 int LayerGrid::layers() const { return static_cast<int>(state_->fronts.size()); }
+
+bool LayerGrid::has_far_field() const { return state_->has_far_field; }
 
 double LayerGrid::thinnest() const { return state_->thinnest; }
 

@@ -19,6 +19,36 @@ std::vector<int> kept_along(const BlockLayout& layout, const KeptPoints& kept, i
     return all;
 }
 
+std::vector<int> every_second(int cells) {
+    std::vector<int> kept{0};
+    const auto add = [&](int count, int step) {
+        for (int k = 0; k < count; ++k) kept.push_back(kept.back() + step);
+    };
+    const int pairs = cells / 4, rest = cells % 4;
+    add(pairs, 2);
+    if (rest == 2)
+        add(1, 2);
+    else
+        add(rest, 1);
+    add(pairs, 2);
+    return kept;
+}
+
+KeptPoints every_second(const Plan& plan) {
+    KeptPoints kept;
+    for (const EdgePoints& edge : plan.edges) kept.push_back(every_second(edge.cells()));
+    return kept;
+}
+
+std::vector<Between> between(const std::vector<int>& kept) {
+    std::vector<Between> result;
+    for (std::size_t k = 0; k + 1 < kept.size(); ++k)
+        for (int n = kept[k]; n < kept[k + 1]; ++n)
+            result.push_back({int(k), double(n - kept[k]) / (kept[k + 1] - kept[k])});
+    result.push_back({int(kept.size()) - 2, 1.0});
+    return result;
+}
+
 Plan subset(const Plan& plan, const KeptPoints& kept) {
     Plan result{plan.layout, {}, {}};
     for (std::size_t e = 0; e < plan.edges.size(); ++e) {

@@ -15,4 +15,15 @@ Plan subset(const Plan& plan, const KeptPoints& kept);
 std::vector<int> kept_along(const BlockLayout& layout, const KeptPoints& kept, int block,
                             std::size_t side);
 
+/// Which points of a line a grid of about half as many cells keeps: the same from both ends.
+std::vector<int> every_second(int cells);
+KeptPoints every_second(const Plan& plan);
+
+/// Where a point of a line lies between two of those that a coarser one keeps.
+struct Between {
+    int first;
+    double share;
+};
+std::vector<Between> between(const std::vector<int>& kept);
+
 }  // namespace patchwright::grid

@@ -56,36 +56,6 @@ double sum_of(const std::vector<double>& energies) {
     return std::accumulate(energies.begin(), energies.end(), 0.0);
 }
 
-/// Which points of an edge a grid of about half as many cells keeps: the same from both ends.
-std::vector<int> every_second(int cells) {
-    std::vector<int> kept{0};
-    const auto add = [&](int count, int step) {
-        for (int k = 0; k < count; ++k) kept.push_back(kept.back() + step);
-    };
-    const int pairs = cells / 4, rest = cells % 4;
-    add(pairs, 2);
-    if (rest == 2)
-        add(1, 2);
-    else
-        add(rest, 1);
-    add(pairs, 2);
-    return kept;
-}
-
-/// Where a point of a line lies between two of those that a coarser one keeps.
-struct Between {
-    int first;
-    double share;
-};
-std::vector<Between> between(const std::vector<int>& kept) {
-    std::vector<Between> result;
-    for (std::size_t k = 0; k + 1 < kept.size(); ++k)
-        for (int n = kept[k]; n < kept[k + 1]; ++n)
-            result.push_back({int(k), double(n - kept[k]) / (kept[k + 1] - kept[k])});
-    result.push_back({int(kept.size()) - 2, 1.0});
-    return result;
-}
-
 /// One level of a cascade from coarse grids to fine ones.
 class Level {
   public:
@@ -98,8 +68,7 @@ class Level {
           points_(mesh_.surface()) {}
 
     void run(const SmoothOptions& options) {
-        KeptPoints kept;
-        for (const EdgePoints& edge : plan_.edges) kept.push_back(every_second(edge.cells()));
+        const KeptPoints kept = every_second(plan_);
         const Plan coarser = subset(plan_, kept);
         if (2 * coarser.cell_count() <= plan_.cell_count()) {
             Level below(coarser);

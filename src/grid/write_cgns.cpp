@@ -128,7 +128,9 @@ class CgnsWriter : public GridWriter {
         if (dimension_ == 3) {
             condition(zone, "wall", CGNS_ENUMV(FamilySpecified), {1, 1, 1, ni, nj, 1},
                       family_of(block));
-            condition(zone, "outer", CGNS_ENUMV(BCGeneral), {1, 1, nk, ni, nj, nk}, "");
+            condition(zone, grid_.has_far_field() ? "far field" : "outer",
+                      grid_.has_far_field() ? CGNS_ENUMV(BCFarfield) : CGNS_ENUMV(BCGeneral),
+                      {1, 1, nk, ni, nj, nk}, "");
         }
         int count = 0;
         for (const FreeSide& side : interfaces_.free) {

@@ -66,13 +66,17 @@ grid::PlanOptions plan_options(const Options& options, double diagonal) {
 std::optional<grid::LayerOptions> layer_options(const Options& options, double diagonal) {
     constexpr int most_layers = 10000;
     const int cells = options.integer("layers", 0, most_layers).value_or(0);
+    const bool has_far_field = options.text("farfield").has_value();
+    if (has_far_field && cells == 0)
+        throw base::UsageError("farfield goes on from layers; give both");
     if (cells == 0) return std::nullopt;
     if (options.text("layer_height").has_value() == options.text("thickness").has_value())
         throw base::UsageError("layers need either layer_height (of the first cell) or thickness");
     return grid::LayerOptions{.cells = cells,
                               .growth = options.number("growth", 0.5, 5.0).value_or(1.2),
                               .first_mm = length_or(options, "layer_height", diagonal, 0.0),
-                              .thickness_mm = length_or(options, "thickness", diagonal, 0.0)};
+                              .thickness_mm = length_or(options, "thickness", diagonal, 0.0),
+                              .far_field_mm = length_or(options, "farfield", diagonal, 0.0)};
 }
 
 /// Rows of x, y, z and a number, in millimetres.

@@ -98,6 +98,20 @@ class Cages(CliTest):
                            "GB of memory")
         self.assertFalse(self.path("grid.xyz").exists())
 
+    def test_far_fields_go_on_from_layers_of_one_body(self):
+        cage, grid = self.path("cage.obj", cube()), self.path("grid.cgns")
+        result = run("grid", cage, "-o", grid, "--points", 5, "--layers", 3, "--thickness", "5mm", "--farfield", "20rel", "--json", "-")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        quality = json.loads(result.stdout)["grid"]
+        self.assertEqual(quality["negative_volumes"], 0)
+        self.assertGreater(quality["cells"], 3 * 96)
+        self.assertIn(b"BCFarfield", grid.read_bytes())
+        layers = ["grid", cage, "-o", self.path("other.cgns"), "--layers", 3, "--thickness", "5mm"]
+        self.check_refused(["grid", cage, "-o", self.path("other.cgns"), "--farfield", "20rel"], 1, "--layers")
+        self.check_refused([*layers, "--farfield", "10mm"], 1, "does not hold the layers")
+        self.check_refused(["grid", SAMPLES / "cages" / "torus.obj", *layers[2:], "--farfield", "20rel"], 1, "has a handle")
+        self.assertFalse(self.path("other.cgns").exists())
+
     def test_a_control_mesh_is_no_input_of_conversions(self):
         for command in (["convert", "{cage}", "-o", "{out}.step"], ["cage", "{cage}", "-o", "{out}.obj"],
                         ["fit", "{cage}", "--cage", "{cage}", "-o", "{out}.obj"]):

@@ -32,31 +32,41 @@ def sample_cases(samples):
     return module.CASES
 
 
-def volume_grid(patchwright, cage, source, case, folder):
+def volume_grid(patchwright, cage, source, case, folder, *options):
     """In metres, as OpenFOAM has them."""
     fitted, grid = folder / "fitted.obj", folder / "layers.xyz"
     subprocess.run([patchwright, "fit", source, "--cage", cage, "-o", fitted, "-q"], check=True)
     subprocess.run([patchwright, "grid", fitted, "-o", grid, "--plot3d", "ascii", "--unit", "m", "--size", case["size"], "--smooth",
-                    "--layers", case["layers"], "--layer-height", case["first"], "-q"], check=True)
+                    "--layers", case["layers"], "--layer-height", case["first"], "-q", *options], check=True)
     return grid
 
 
-def checked(grid, folder):
-    """What checkMesh says of the grid."""
+def write_case(folder, **files):
+    """Files of an OpenFOAM case: system/controlDict is system__controlDict."""
+    for name, text in files.items():
+        path = folder / name.replace("__", "/")
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text)
+
+
+def said_by(folder, *commands):
+    """What the last one says of those that are run: up to the first that fails."""
     environment = {**os.environ, "PWD": str(folder)}
     if ETC.exists():
         environment.setdefault("WM_PROJECT_DIR", str(ETC))
-    (folder / "system").mkdir()
-    (folder / "constant").mkdir()
-    for name, text in (("controlDict", CONTROL), ("fvSchemes", SCHEMES), ("fvSolution", SOLUTION)):
-        (folder / "system" / name).write_text(text)
     said = ""
-    for command in (["plot3dToFoam", "-noBlank", grid], ["checkMesh"]):
-        result = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=600)
+    for command in commands:
+        result = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=1200)
         said = result.stdout + result.stderr
         if result.returncode != 0:
             break
     return said
+
+
+def checked(grid, folder):
+    """What checkMesh says of the grid."""
+    write_case(folder, system__controlDict=CONTROL, system__fvSchemes=SCHEMES, system__fvSolution=SOLUTION, constant__readme="")
+    return said_by(folder, ["plot3dToFoam", "-noBlank", grid], ["checkMesh"])
 
 
 def main():

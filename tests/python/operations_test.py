@@ -347,6 +347,11 @@ class Shapes(ModuleTest):
         self.assertEqual(corners, {tuple(25 * p) for p in CUBE_POINTS})
         thick = pw.grid_blocks(cage, points=5, layers=2, thickness="10mm")
         self.assertEqual({b.shape[2:] for b in thick.values()}, {(3, 3)})
+        far = pw.grid_blocks(cage, points=5, layers=2, thickness="10mm", farfield=2000)
+        for block in far.values():
+            np.testing.assert_allclose(np.linalg.norm(block[:, :, -1], axis=2), 2000)
+        with self.assertRaisesRegex(pw.PatchwrightError, "layers"):
+            pw.grid_blocks(cage, farfield=2000)
 
     def test_places_of_a_grid(self):
         hexagonal = [0.5 * CUBE_POINTS[i] for i in range(8)]

@@ -41,7 +41,7 @@ struct GridOptions {
     double sensor_jump = adapt::Criteria{}.sensor_jump;
     std::string form = "binary", endian = "little";
     int layers = 0;
-    std::string layer_height, thickness;
+    std::string layer_height, thickness, far_field;
     double growth = 1.2;
 };
 
@@ -150,6 +150,9 @@ void check_options(const GridOptions& options) {
     if (options.layers > 0 && options.layer_height.empty() == options.thickness.empty())
         throw base::UsageError(
             "--layers needs either --layer-height (of the first cell) or --thickness");
+
+    if (!options.far_field.empty() && options.layers == 0)
+        throw base::UsageError("--farfield goes on from --layers; give both");
 }
 
 grid::LayerOptions layer_options(const GridOptions& options, double diagonal) {
@@ -158,6 +161,8 @@ grid::LayerOptions layer_options(const GridOptions& options, double diagonal) {
         layers.first_mm = base::parse_length(options.layer_height).in_millimetres(diagonal);
     else
         layers.thickness_mm = base::parse_length(options.thickness).in_millimetres(diagonal);
+    if (!options.far_field.empty())
+        layers.far_field_mm = base::parse_length(options.far_field).in_millimetres(diagonal);
     return layers;
 }
 
@@ -329,6 +334,11 @@ void add_layer_options(CLI::App& command, GridOptions& options) {
     command.add_option("--layer-height", options.layer_height, "height of the first layer")
         ->check(is_length());
     command.add_option("--thickness", options.thickness, "height of all layers together")
+        ->check(is_length());
+    command
+        .add_option("--farfield", options.far_field,
+                    "radius of a sphere that cells fill from the layers on, or of half a sphere "
+                    "where the surface ends in a plane")
         ->check(is_length());
     command.add_option("--growth", options.growth, "each layer's height over the one below")
         ->check(number_in(0.5, 5.0))

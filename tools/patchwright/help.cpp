@@ -111,6 +111,7 @@ const std::map<std::string, Described> descriptions{
     {"--layers", {"Layers", "N"}},
     {"--layer-height", {"Layers", "LENGTH"}},
     {"--thickness", {"Layers", "LENGTH"}},
+    {"--farfield", {"Layers", "RADIUS"}},
     {"--growth", {"Layers", "FACTOR"}},
     {"--quiet", {"Run", ""}},
     {"--verbose", {"Run", ""}},

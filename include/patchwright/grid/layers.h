@@ -14,6 +14,9 @@ struct LayerOptions {
     double growth = 1.2;        ///< each layer's height over the one below
     double first_mm = 0.0;      ///< height of the first layer; 0: by the thickness
     double thickness_mm = 0.0;  ///< of all layers; only where first_mm is 0
+    /// Radius of a sphere around the middle of the surface's box up to which more fronts follow, of
+    /// half a one where the surface ends in a plane; 0: none.
+    double far_field_mm = 0.0;
     base::Progress progress;
 };
 
@@ -24,20 +27,22 @@ struct LayerOptions {
 /// that was necessary all layers are marched anew with less growth around there, so that they get
 /// thinner in tight concave places by and by.
 /// Points of a free border that lies in a plane across the surface stay in that plane.
+/// Up to a far field the cells' shapes are optimised, from coarse grids to fine ones.
 /// Source: the direction after Aubry and Loehner, On the 'most normal' normal (2008).
 class LayerGrid : public BlockSource {
   public:
     /// @pre the plan outlives this
-    /// @throw InvalidArgument for options out of range, Cancelled
+    /// @throw InvalidArgument for options out of range; UsageError for far fields where the surface
+    ///        is not one body without handles, closed or with one border in a plane; Cancelled
     LayerGrid(const Plan& plan, const LayerOptions& options);
     ~LayerGrid() override;
 
     [[nodiscard]] const Plan& plan() const override { return plan_; }
     [[nodiscard]] int layers() const override;
+    [[nodiscard]] bool has_far_field() const override;
     void evaluate(int block, BlockPoints& points) const override;
 
-    /// Share of the height asked for that the thinnest layer has somewhere; 1 where none was
-    /// shortened.
+    /// Share of the height asked for that the thinnest layer has somewhere, without far fields.
     [[nodiscard]] double thinnest() const;
 
   private:

@@ -13,6 +13,8 @@ class BlockSource {
 
     [[nodiscard]] virtual const Plan& plan() const = 0;
     [[nodiscard]] virtual int layers() const = 0;  ///< points along k: 1 for surfaces
+    /// Whether the last layer lies on a sphere far off.
+    [[nodiscard]] virtual bool has_far_field() const { return false; }
     /// Fills the points of a block, with all threads.
     virtual void evaluate(int block, BlockPoints& points) const = 0;
 

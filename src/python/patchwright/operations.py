@@ -22,7 +22,7 @@ from .results import Comparison, Conversion, Export, Fit, Grid, Inspection, Made
 
 __all__ = ["GridPlaces", "compare", "convert", "export", "fit", "grid", "grid_blocks", "grid_places", "inspect", "make_cage", "refit"]
 
-_LENGTHS = {"tolerance", "size", "first_cell", "layer_height", "thickness", "smallest"}
+_LENGTHS = {"tolerance", "size", "first_cell", "layer_height", "thickness", "farfield", "smallest"}
 _NUMBERS = {"time_limit", "target_faces", "max_levels", "samples", "cap_depth", "points", "levels", "coarsen", "layers",
             "growth", "sensor_jump"}
 _FLAGS = {"join", "curvature", "smooth", "interpolate"}
@@ -194,7 +194,8 @@ def grid(cage: Cage | str | os.PathLike[str], output: str | os.PathLike[str], *,
          spacing: str = "uniform", curvature: bool = False, smooth: bool = False, first_cell: Length | None = None,
          clusters: Sequence[str] = (), rules: Rules | None = None, size_field: npt.ArrayLike | None = None,
          sensor: npt.ArrayLike | None = None, sensor_jump: float = 0.05, smallest: Length | None = None, hanging_nodes: str | None = None,
-         layers: int = 0, layer_height: Length | None = None, thickness: Length | None = None, growth: float = 1.2, unit: str = "mm", form: str = "binary",
+         layers: int = 0, layer_height: Length | None = None, thickness: Length | None = None, growth: float = 1.2,
+         farfield: Length | None = None, unit: str = "mm", form: str = "binary",
          endian: str = "little", progress: Progress = None, cancel: Event | None = None) -> Grid:
     """Writes a block-structured grid on the limit surface, or with layers off it: .cgns, .xyz, .p3d or .vtm.
 
@@ -212,7 +213,7 @@ def grid(cage: Cage | str | os.PathLike[str], output: str | os.PathLike[str], *,
                              first_cell=first_cell, clusters=clusters, rules=rules,
                              size_field=size_field, sensor=sensor, sensor_jump=sensor_jump, smallest=smallest,
                              hanging_nodes=hanging_nodes, layers=layers,
-                             layer_height=layer_height, thickness=thickness, growth=growth, unit=unit,
+                             layer_height=layer_height, thickness=thickness, growth=growth, farfield=farfield, unit=unit,
                              form=form, endian=endian)
     report, text = _core.grid(_cage_of(cage), os.fspath(path), options, _checks.callback(progress, cancel))
     return Grid(report, text, path)
@@ -224,14 +225,14 @@ def grid_blocks(cage: Cage | str | os.PathLike[str], *, blocks: str = "groups", 
                 clusters: Sequence[str] = (), rules: Rules | None = None,
                 size_field: npt.ArrayLike | None = None, sensor: npt.ArrayLike | None = None, sensor_jump: float = 0.05,
                 smallest: Length | None = None, layers: int = 0, layer_height: Length | None = None,
-                thickness: Length | None = None, growth: float = 1.2, progress: Progress = None,
+                thickness: Length | None = None, growth: float = 1.2, farfield: Length | None = None, progress: Progress = None,
                 cancel: Event | None = None) -> dict[str, Floats]:
     """The same grid in memory: by name of its block, points of shape (ni, nj, 3), with layers (ni, nj, nk, 3), mm."""
     options = _options(blocks=blocks, join=join, size=size, points=points, levels=levels,
                              coarsen=coarsen, spacing=spacing, curvature=curvature, smooth=smooth,
                              first_cell=first_cell, clusters=clusters, rules=rules,
                              size_field=size_field, sensor=sensor, sensor_jump=sensor_jump, smallest=smallest, layers=layers,
-                             layer_height=layer_height, thickness=thickness, growth=growth)
+                             layer_height=layer_height, thickness=thickness, growth=growth, farfield=farfield)
     return dict(_core.grid_blocks(_cage_of(cage), options, _checks.callback(progress, cancel)))
 
 
