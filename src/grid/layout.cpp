@@ -261,6 +261,18 @@ BlockLayout join(const BlockLayout& layout, int a, int b) {
     return result;
 }
 
+namespace {
+
+/// Points inside blocks need not lie on the cage's lines: creases stay between blocks.
+bool has_crease(const BlockLayout& layout, int edge) {
+    const Topology& t = *layout.cage.topology;
+    const auto& run = layout.edges[std::size_t(edge)].run;
+    return std::any_of(run.begin(), run.end(),
+                       [&](CornerId c) { return t.sharpness(t.edge(c)) > 0.0; });
+}
+
+}  // namespace
+
 BlockLayout join_all(const BlockLayout& layout) {
     BlockLayout result = layout;
     for (;;) {
@@ -279,10 +291,12 @@ BlockLayout join_all(const BlockLayout& layout) {
                 continue;
             }
             std::size_t length = 0;
+            bool is_smooth = true;
             for (const BlockEdgeUse& use : side) {
                 length += result.edges[std::size_t(use.edge)].run.size();
+                is_smooth = is_smooth && !has_crease(result, use.edge);
             }
-            if (length > best.length) {
+            if (is_smooth && length > best.length) {
                 best = {length, users[0].block, users[1].block, {users[0].side, users[1].side}};
             }
         }

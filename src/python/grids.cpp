@@ -146,7 +146,8 @@ struct GridOptions {
 
 std::unique_ptr<Grid> make_grid(const mesh::Cage& cage, GridOptions wanted) {
     grid::BlockLayout layout = grid::make_layout(subd::control_normals(cage), wanted.covering);
-    if (wanted.join) layout = grid::join_all(layout);
+    if (wanted.join && wanted.covering != grid::BlockCovering::Faces)
+        layout = grid::join_all(layout);
     if (!wanted.rules.empty()) {
         try {
             wanted.plan.rules = grid::parse_rules(wanted.rules, layout,

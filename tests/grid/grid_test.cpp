@@ -92,6 +92,24 @@ TEST_CASE("blocks are as few as shapes allow", "[grid]") {
     CHECK(grid::join_all(grid::make_layout(test::torus(8, 6, 3.0, 1.0))).blocks.size() == 1);
 }
 
+TEST_CASE("blocks are not joined across creases", "[grid]") {
+    int creases = 0;
+    for (const char* name : {"cages/cube_rim.obj", "engine/cage.obj", "d150_wing/cage.obj"}) {
+        CAPTURE(name);
+        const BlockLayout layout = grid::join_all(grid::make_layout(test::sample_cage(name)));
+        const mesh::Topology& t = *layout.cage.topology;
+        std::set<mesh::EdgeId> between;
+        for (const grid::BlockEdge& edge : layout.edges)
+            for (const mesh::CornerId c : edge.run) between.insert(t.edge(c));
+        for (const mesh::EdgeId e : t.edges()) {
+            if (!(t.sharpness(e) > 0.0)) continue;
+            ++creases;
+            CHECK(between.count(e) == 1);
+        }
+    }
+    CHECK(creases > 100);
+}
+
 TEST_CASE("blocks of groups hold one family each", "[grid]") {
     const mesh::Cage wing = test::sample_cage("wing/wing_cage.obj");
     const BlockLayout layout = grid::make_layout(wing);

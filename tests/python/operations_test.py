@@ -286,7 +286,7 @@ class Options(ModuleTest):
     ELSEWHERE = {"output", "cage-out", "cad-out", "json", "report", "field", "picture", "picture-view", "picture-direction", "picture-zoom",
                  "picture-layer", "picture-size", "quiet", "verbose", "threads", "help", "progress", "config", "cage-unit", "time-stamp", "size-array",
                  "sensor-array"}
-    OTHER_NAMES = {"cluster": "clusters", "plot3d": "form", "no-heal": "heal", "from": "from_"}
+    OTHER_NAMES = {"cluster": "clusters", "plot3d": "form", "no-heal": "heal", "no-join": "join", "from": "from_"}
 
     def test_python_has_the_options_of_the_command_line(self):
         import inspect

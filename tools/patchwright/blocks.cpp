@@ -12,7 +12,9 @@ void add_block_options(CLI::App& command, BlockArguments& options) {
                     "as possible (charts), or for each face (faces)")
         ->check(CLI::IsMember({"groups", "charts", "faces"}).description(""))
         ->capture_default_str();
-    command.add_flag("--join", options.join, "join blocks of one family where they share a side");
+    command.add_flag("--no-join", options.no_join,
+                     "end blocks wherever a line out of a corner ends, so that each side meets one "
+                     "other; else those of groups and charts that share a side are joined");
     command
         .add_option("--size", options.size,
                     "mean length of cells along block edges at most: 5mm, 0.2in, or 0.01rel "
@@ -28,7 +30,7 @@ grid::BlockLayout make_layout(const mesh::Cage& cage, const BlockArguments& opti
         grid::make_layout(cage, options.blocks == "faces"    ? grid::BlockCovering::Faces
                                 : options.blocks == "charts" ? grid::BlockCovering::Charts
                                                              : grid::BlockCovering::Groups);
-    return options.join ? grid::join_all(layout) : layout;
+    return options.no_join || options.blocks == "faces" ? layout : grid::join_all(layout);
 }
 
 grid::PlanOptions plan_options(const BlockArguments& options, double diagonal_mm) {

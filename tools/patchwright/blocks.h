@@ -11,7 +11,7 @@ namespace patchwright::cli {
 
 struct BlockArguments {
     std::string blocks = "groups";
-    bool join = false;
+    bool no_join = false;
     std::string size;  ///< empty: by points
     int points = 17;
 };

@@ -90,7 +90,7 @@ const std::map<std::string, Described> descriptions{
     {"--plot3d", {"Output", "binary|fortran|ascii"}},
     {"--endian", {"Output", "little|big"}},
     {"--blocks", {"Blocks and spacing", "groups|charts|faces"}},
-    {"--join", {"Blocks and spacing", ""}},
+    {"--no-join", {"Blocks and spacing", ""}},
     {"--size", {"Blocks and spacing", "LENGTH"}},
     {"--points", {"Blocks and spacing", "N"}},
     {"--levels", {"Blocks and spacing", "N"}},

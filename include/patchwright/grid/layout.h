@@ -63,7 +63,7 @@ BlockLayout make_layout(const mesh::Cage& cage, BlockCovering covering = BlockCo
 /// @throw InvalidArgument when they do not share a whole side of both
 BlockLayout join(const BlockLayout& layout, int a, int b);
 
-/// Joins blocks of one family until no two of a family share a whole side; longest sides first.
+/// Joins blocks of one family that share a whole side without creases; longest sides first.
 BlockLayout join_all(const BlockLayout& layout);
 
 /// Where an edge lies: use `use` of side `side` of block `block`.

@@ -190,7 +190,7 @@ def inspect(model: ModelLike, *, progress: Progress = None, cancel: Event | None
 
 
 def grid(cage: Cage | str | os.PathLike[str], output: str | os.PathLike[str], *, blocks: str = "groups",
-         join: bool = False, size: Length | None = None, points: int = 17, levels: int = 0, coarsen: int = 0,
+         join: bool = True, size: Length | None = None, points: int = 17, levels: int = 0, coarsen: int = 0,
          spacing: str = "uniform", curvature: bool = False, smooth: bool = False, first_cell: Length | None = None,
          clusters: Sequence[str] = (), rules: Rules | None = None, size_field: npt.ArrayLike | None = None,
          sensor: npt.ArrayLike | None = None, sensor_jump: float = 0.05, smallest: Length | None = None, hanging_nodes: str | None = None,
@@ -219,7 +219,7 @@ def grid(cage: Cage | str | os.PathLike[str], output: str | os.PathLike[str], *,
     return Grid(report, text, path)
 
 
-def grid_blocks(cage: Cage | str | os.PathLike[str], *, blocks: str = "groups", join: bool = False,
+def grid_blocks(cage: Cage | str | os.PathLike[str], *, blocks: str = "groups", join: bool = True,
                 size: Length | None = None, points: int = 17, levels: int = 0, coarsen: int = 0,
                 spacing: str = "uniform", curvature: bool = False, smooth: bool = False, first_cell: Length | None = None,
                 clusters: Sequence[str] = (), rules: Rules | None = None,
@@ -247,7 +247,7 @@ class GridPlaces(NamedTuple):
     """(ni, nj); None where all faces are quads."""
 
 
-def grid_places(cage: Cage | str | os.PathLike[str], *, blocks: str = "groups", join: bool = False,
+def grid_places(cage: Cage | str | os.PathLike[str], *, blocks: str = "groups", join: bool = True,
                 size: Length | None = None, points: int = 17, levels: int = 0, coarsen: int = 0,
                 spacing: str = "uniform", curvature: bool = False, smooth: bool = False, first_cell: Length | None = None,
                 clusters: Sequence[str] = (), rules: Rules | None = None,
