@@ -72,7 +72,8 @@ def choose(rng, is_stl, folder):
     if command == "grid":
         out = folder / rng.choice(["out.cgns", "out.xyz", "out.xyz", "out.vtm"])
         more = rng.choice([[], ["--points", "3"], ["--size", "0.1rel"], ["--blocks", "faces"], ["--no-join"],
-                           ["--layers", "2", "--thickness", "0.01rel"], ["--curvature"], ["--smooth"], ["--points", "1000000"]])
+                           ["--layers", "2", "--thickness", "0.01rel"],
+                           ["--layers", "2", "--thickness", "0.01rel", "--farfield", "10rel"], ["--curvature"], ["--smooth"], ["--points", "1000000"]])
         return ["grid", "INPUT", "-o", out, "--plot3d", "ascii", "--points", "5", *more][:None if "--points" not in more else 6] + (
             more if "--points" in more else []), [out]
     out = folder / rng.choice(["out.step", "out.step", "out.step", "out.igs", "out.brep"])

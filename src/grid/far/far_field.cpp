@@ -25,6 +25,9 @@ constexpr int coarse_fronts = 8;
 /// Least e of the energy; else the worst fold's determinant.
 constexpr double least_e = 1e-3;
 constexpr int most_iterations = 60, most_halvings = 15;
+/// On the finest level, which begins near its solution and takes most of the time: more would be
+/// spent on folds that stay, as over a surface that is folded.
+constexpr int most_finest_iterations = 20;
 /// Iterations end when the energy falls by less than this share, and the least determinant is this
 /// or rises by less than that share.
 constexpr double settled = 5e-3, good_determinant = 0.01, settled_determinant = 0.2;
@@ -77,12 +80,12 @@ class Level {
         set_heights();
     }
 
-    const Points& run(const FarFieldOptions& options) {
+    const Points& run(const FarFieldOptions& options, int iterations) {
         if (const auto next = coarser())
             follow(*next, options);
         else
             begin();
-        descend(options);
+        descend(options, iterations);
         return points_;
     }
 
@@ -189,7 +192,7 @@ class Level {
             start.steps.row(q) = height * at(start_.steps, p).normalized().transpose();
         });
         Level level(next.plan, mesh, sphere_, start, int(next.fronts.size()));
-        const Points& coarse = level.run(options);
+        const Points& coarse = level.run(options, most_iterations);
         for (int b = 0; b < int(plan_.layout.blocks.size()); ++b) {
             const auto at_i = between(kept_along(plan_.layout, next.kept, b, 0));
             const auto at_j = between(kept_along(plan_.layout, next.kept, b, 1));
@@ -246,7 +249,7 @@ class Level {
     }
 
     /// Newton's method with steps halved where necessary.
-    void descend(const FarFieldOptions& options) {
+    void descend(const FarFieldOptions& options, int iterations) {
         const ShellEnergy energy(shell_);
         const Freedom freedom(shell_, sphere_.centre, sphere_.radius_mm);
         freedom.put_back(points_);
@@ -254,8 +257,8 @@ class Level {
         Points moved;
         double least = energy.least_determinant(points_);
         int stuck = 0;
-        for (int k = 0; k < most_iterations && stuck < most_stuck; ++k) {
-            base::report_progress(options.progress, "far field", double(k) / most_iterations);
+        for (int k = 0; k < iterations && stuck < most_stuck; ++k) {
+            base::report_progress(options.progress, "far field", double(k) / iterations);
             const double e = std::hypot(least_e, std::min(0.0, least));
             const double before = energy.value(points_, e);
             const Points& step = solver.solve(points_, e);
@@ -336,7 +339,7 @@ std::vector<Points> far_fronts(const Plan& plan, const FrontMesh& mesh, const Sp
     require_memory(count, count * point_bytes);
     const int fronts = std::max(int(cells), 2) + 1;
     Level level(plan, mesh, sphere, start, fronts);
-    const Points& all = level.run(options);
+    const Points& all = level.run(options, most_finest_iterations);
     std::vector<Points> result;
     for (Eigen::Index k = 1; k < fronts; ++k)
         result.emplace_back(all.middleRows(k * layers[1].rows(), layers[1].rows()));
