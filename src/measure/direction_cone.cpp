@@ -28,7 +28,9 @@ DirectionCone cone_of(const Directions& vectors, Eigen::Index count) {
     if (!(length > 1e-9)) return around(Vec3::UnitX(), M_PI);
     const Vec3 axis = sum / length;
     constexpr double rounding = 1e-14;
-    const double cosine = std::max((unit.topRows(count) * axis).minCoeff() - rounding, -1.0);
+    double least = 1.0;
+    for (Eigen::Index i = 0; i < count; ++i) least = std::min(least, unit.row(i).dot(axis));
+    const double cosine = std::max(least - rounding, -1.0);
     return {axis, cosine, std::sqrt(1.0 - cosine * cosine)};
 }
 
