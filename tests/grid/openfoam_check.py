@@ -65,7 +65,8 @@ def said_by(folder, *commands):
 
 def checked(grid, folder):
     """What checkMesh says of the grid."""
-    write_case(folder, system__controlDict=CONTROL, system__fvSchemes=SCHEMES, system__fvSolution=SOLUTION, constant__readme="")
+    write_case(folder, system__controlDict=CONTROL, system__fvSchemes=SCHEMES, system__fvSolution=SOLUTION)
+    (folder / "constant").mkdir()
     return said_by(folder, ["plot3dToFoam", "-noBlank", grid], ["checkMesh"])
 
 

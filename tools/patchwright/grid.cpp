@@ -150,7 +150,6 @@ void check_options(const GridOptions& options) {
     if (options.layers > 0 && options.layer_height.empty() == options.thickness.empty())
         throw base::UsageError(
             "--layers needs either --layer-height (of the first cell) or --thickness");
-
     if (!options.far_field.empty() && options.layers == 0)
         throw base::UsageError("--farfield goes on from --layers; give both");
 }

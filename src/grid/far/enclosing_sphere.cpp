@@ -47,7 +47,7 @@ void check_topology(const Plan& plan, const FrontMesh& mesh) {
             what);
     };
     if (body_count != 1) refuse(fmt::format("has {} bodies", body_count));
-    if (!is_in_plane) refuse("ends elsewhere than in one plane across it");
+    if (!is_in_plane) refuse("ends elsewhere than along one line in one plane across it");
     if (plane != nullptr && euler != 1) refuse("has handles, or ends along several lines");
     if (plane == nullptr && euler != 2)
         refuse(euler == 0 ? "has a handle" : fmt::format("has {} handles", (2 - euler) / 2));

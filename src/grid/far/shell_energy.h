@@ -20,9 +20,10 @@ struct Shell {
 };
 
 /// At each corner of each cell J is the matrix that takes the sides wanted to those there are, and
-/// the energy (1 - w) |J|^2 / 3 det^(2/3) + w (1 + det^2) / 2 det: 1 where J is a rotation. In
-/// place of a determinant stands (det + sqrt(det^2 + e^2)) / 2, which is positive where a cell is
-/// folded too. Source: Garanzha et al., Foldover-free maps in 50 lines of code (2021).
+/// the energy the square of (1 - w) |J|^2 / 3 det^(2/3) + w (1 + det^2) / 2 det: 1 where J is a
+/// rotation. For the determinants below fractions stands (det + sqrt(det^2 + e^2)) / 2, which is
+/// positive where a cell is folded too. Source: Garanzha et al., Foldover-free maps in 50 lines of
+/// code (2021).
 class ShellEnergy {
   public:
     explicit ShellEnergy(const Shell& shell);
