@@ -138,8 +138,13 @@ std::optional<AttemptPlan> finer_remeshed(const Attempt& last, const ConvertOpti
     return plan;
 }
 
+bool tried(const std::vector<Attempt>& attempts, CageKind kind) {
+    return std::any_of(attempts.begin(), attempts.end(),
+                       [&](const Attempt& a) { return a.kind == kind; });
+}
+
 /// Finer blocks of the field, once, where only the shape misses, as lines that lie badly do so in
-/// finer ones too; then blocks along faces, or none where there are no such blocks either.
+/// finer ones too; then blocks along faces, or none where these miss too or there are none.
 std::optional<AttemptPlan> after_field(const std::vector<Attempt>& attempts, const Attempt& best,
                                        const ConvertOptions& options) {
     const Attempt& last = attempts.back();
@@ -151,6 +156,7 @@ std::optional<AttemptPlan> after_field(const std::vector<Attempt>& attempts, con
         return next;
     }
     const bool refused =
+        tried(attempts, CageKind::Blocks) ||
         std::any_of(attempts.begin(), attempts.end(), [](auto& a) { return a.faces_refused; });
     if (refused && options.method != cage::Method::Auto) return std::nullopt;
     next.cage.method = options.method;
@@ -210,6 +216,11 @@ std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
         case CageKind::Field: return after_field(attempts, best, options);
         case CageKind::Blocks:
             // Where blocks miss, finer ones do too: faces that follow the shape are needed.
+            if (may_remesh && !tried(attempts, CageKind::Field)) {
+                AttemptPlan field{.cage = last.plan.cage};
+                field.cage.blocks = cage::BlockWay::Field;
+                return field;
+            }
             if (may_remesh) return remeshed;
             return !last.finer_refused && gained(attempts) ? std::optional(finer) : std::nullopt;
         case CageKind::Remeshed:

@@ -2,6 +2,7 @@
 #include "cage/field/field_lines.h"
 #include "cage/field/vertex_fan.h"
 #include "cage/remesh/remesh.h"
+#include "field_shape.h"
 #include "support/triangle_shapes.h"
 
 #include <patchwright/geom/mesh_reference.h>
@@ -17,40 +18,13 @@ namespace patchwright {
 namespace {
 
 using geom::Vec3;
+using test::Field;
+using test::Outline;
+using test::prism;
 
 cage::Poll poll;  // never stops
 
 constexpr int around = 32;  // sides of circles
-
-/// Polygons in the plane, triangulated counter-clockwise, as a prism along z from 0.
-struct Outline {
-    std::vector<Eigen::Vector2d> points;
-    std::vector<std::array<int, 3>> triangles;
-};
-
-geom::TriangleMesh prism(const Outline& outline, double height) {
-    geom::TriangleMesh mesh;
-    const int n = int(outline.points.size());
-    mesh.points.resize(2 * n, 3);
-    for (int i = 0; i < n; ++i) {
-        const auto& p = outline.points[std::size_t(i)];
-        mesh.points.row(i) << p.x(), p.y(), 0.0;
-        mesh.points.row(n + i) << p.x(), p.y(), height;
-    }
-    std::set<std::pair<int, int>> sides;
-    for (const auto& [a, b, c] : outline.triangles) {
-        mesh.triangles.push_back({a, c, b});
-        mesh.triangles.push_back({n + a, n + b, n + c});
-        for (const auto& side : {std::pair{a, b}, {b, c}, {c, a}}) sides.insert(side);
-    }
-    for (const auto& [a, b] : sides) {
-        if (sides.contains({b, a})) continue;
-        mesh.triangles.push_back({a, b, n + b});
-        mesh.triangles.push_back({a, n + b, n + a});
-    }
-    mesh.part.assign(mesh.triangles.size(), -1);
-    return mesh;
-}
 
 geom::TriangleMesh l_block() {
     return prism({{{0, 0}, {20, 0}, {20, 10}, {10, 10}, {10, 20}, {0, 20}},
@@ -156,37 +130,6 @@ geom::TriangleMesh turned(geom::TriangleMesh mesh) {
     mesh.points = (mesh.points * turn.transpose()).eval();
     return mesh;
 }
-
-geom::EditableMesh even_mesh(const geom::MeshReference& reference) {
-    geom::EditableMesh mesh(reference.surface_mesh(0.0));
-    cage::RemeshOptions options;
-    options.size.largest_rel = 0.04;
-    options.size.scale = 0.5;
-    cage::remesh(mesh, reference, options, poll);
-    cage::open_corners(mesh);
-    return mesh;
-}
-
-struct Field {
-    explicit Field(geom::TriangleMesh triangles)
-        : reference(std::move(triangles)),
-          mesh(even_mesh(reference)),
-          field(cage::cross_field(mesh, cage::curvature_hints(mesh, reference, poll), poll)),
-          topology(cage::field_topology(mesh, field)) {}
-
-    /// Quarters of all indices: of inner vertices and of sectors.
-    [[nodiscard]] int quarters() const {
-        int sum = 0;
-        for (const cage::Singularity& s : topology.singularities) sum += 4 - s.valence;
-        for (const cage::FieldSector& s : topology.sectors) sum += 2 - s.quads;
-        return sum;
-    }
-
-    geom::MeshReference reference;
-    geom::EditableMesh mesh;
-    cage::CrossField field;
-    cage::FieldTopology topology;
-};
 
 TEST_CASE("indices of a cross field sum up to the Euler characteristic", "[field][oracle]") {
     // Of all regions between sharp edges: 6 discs; a sphere; a torus; two discs and a ring; 8

@@ -45,7 +45,7 @@ Attempt folded(Attempt a) {
     return a;
 }
 
-Attempt next_of(std::vector<Attempt>& attempts, CageKind kind, double tolerances) {
+Attempt next_of(const std::vector<Attempt>& attempts, CageKind kind, double tolerances) {
     const auto plan = convert::choose_next(attempts, made(), diagonal);
     REQUIRE(plan.has_value());
     return attempt(*plan, kind, tolerances);
@@ -231,13 +231,21 @@ TEST_CASE("a recognised shape that is far off is none", "[convert]") {
     CHECK_FALSE(convert::choose_next({attempt(free, CageKind::Sections, 11.0)}, aligned, diagonal));
 }
 
-TEST_CASE("blocks that miss are remeshed, unless the user has asked for blocks", "[convert]") {
+TEST_CASE("after blocks along faces come those of a field, then remeshed cages", "[convert]") {
     const AttemptPlan blocks = *convert::choose_next({}, made(), diagonal);
     const Attempt a = attempt(blocks, CageKind::Blocks, 2.0);
-    const auto next = convert::choose_next({a}, made(), diagonal);
+    std::vector<Attempt> attempts{a, next_of(std::vector{a}, CageKind::Field, 2.0)};
+    CHECK(attempts.back().plan.cage.blocks == cage::BlockWay::Field);
+    CHECK(attempts.back().plan.cage.method == cage::Method::Auto);
+    CHECK(attempts.back().plan.cage.fineness == 1.0);
+    // Those along faces have been tried.
+    CHECK(convert::choose_next(attempts, made(), diagonal)->cage.blocks == cage::BlockWay::None);
+    std::swap(attempts[0], attempts[1]);
+    const auto next = convert::choose_next(attempts, made(), diagonal);
     REQUIRE(next.has_value());
     CHECK(next->cage.method == cage::Method::Remesh);
     CHECK(next->cage.fineness == 1.0);
+    // Unless the user has asked for blocks.
     convert::ConvertOptions aligned = made();
     aligned.method = cage::Method::Aligned;
     CHECK(convert::choose_next({a}, aligned, diagonal)->cage.fineness == 2.0);

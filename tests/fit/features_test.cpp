@@ -1,4 +1,5 @@
 #include "fit/match/feature_match.h"
+#include "plate.h"
 #include "support/analytic_references.h"
 #include "support/cages.h"
 
@@ -8,6 +9,7 @@
 
 using namespace patchwright;
 using geom::Vec3;
+using test::Plate;
 
 namespace {
 
@@ -22,36 +24,6 @@ mesh::Cage sharp_cube(double edge) {
     }
     return test::cube(edge, tags);
 }
-
-/// A square plate whose upper rim is free and has corners.
-class Plate final : public geom::ReferenceSurface {
-  public:
-    Plate() : features_(box_.features()) {
-        for (geom::FeatureCurve& c : features_.curves) {
-            const bool upper = c.start_corner >= 4 && c.end_corner >= 4;
-            c.kind = upper ? geom::FeatureKind::Free : geom::FeatureKind::Smooth;
-        }
-    }
-    geom::Box3 bounds() const override { return box_.bounds(); }
-    geom::FootPoint foot_point(const Vec3& q, const std::optional<Vec3>&) const override {
-        Vec3 p = q.cwiseMax(-1).cwiseMin(1);
-        p.z() = thickness;
-        return {p, Vec3::UnitZ(), (q - p).norm(), 0};
-    }
-    const geom::Features& features() const override { return features_; }
-    geom::FeaturePoint nearest_on_curve(
-        int curve, const Vec3& q, const std::optional<geom::ArcRange>& within) const override {
-        return box_.nearest_on_curve(curve, q, within);
-    }
-    geom::FeaturePoint point_on_curve(int curve, double s) const override {
-        return box_.point_on_curve(curve, s);
-    }
-    static constexpr double thickness = 1e-3;
-
-  private:
-    test::Box box_{Vec3(1, 1, thickness)};
-    geom::Features features_;
-};
 
 /// A cube whose upper rim is sharp along x and fades along y: smooth there, on one side in two
 /// curves that meet without a corner. All other edges are smooth, too.

@@ -140,6 +140,9 @@ TEST_CASE("strips halved more than once stay narrow, pins and creases where they
         CHECK((cage.points.row(2 * 4 + j) - given.row(2 * 4 + j)).norm() == 0.0);
     CHECK((cage.points.row(7 * 4 + 1) - given.row(7 * 4 + 1)).norm() == 0.0);
     CHECK((cage.points.row(7 * 4 + 2) - given.row(7 * 4 + 2)).norm() > 0.01);
+    cage.points = given;
+    fit::grade_spacing(cage, halvings, {mesh::VertexId{7 * 4 + 2}});
+    CHECK((cage.points.row(7 * 4 + 2) - given.row(7 * 4 + 2)).norm() == 0.0);
 }
 
 TEST_CASE("a fit on graded strips has better normals than on halved ones", "[fit][oracle]") {

@@ -131,8 +131,7 @@ class FieldSolver {
             for (int k = 0; k < 3; ++k) {
                 const int u = across(mesh_, t, k);
                 const Vec3 edge = side_vector(mesh_, t, k);
-                const double w = std::min(
-                    most_weight, 3.0 * edge.squaredNorm() / std::max(area(t) + area(u), 1e-300));
+                const double w = side_weight(mesh_, t, k);
                 entries_.emplace_back(i, i, w);
                 const Complex carried = fourfold(angle_in(frame_[at(t)], edge)) *
                                         std::conj(fourfold(angle_in(frame_[at(u)], edge)));
@@ -175,9 +174,6 @@ class FieldSolver {
             if (number_[t] >= 0) cross_[t] = u[number_[t]];
     }
 
-    // Between neighbours; slivers would have more and spoil the solution.
-    static constexpr double most_weight = 100.0;
-
     const geom::EditableMesh& mesh_;
     const std::vector<FieldHint>& hints_;
     Poll& poll_;
@@ -189,6 +185,27 @@ class FieldSolver {
     std::vector<Eigen::Triplet<Complex>> entries_;
     Eigen::VectorXcd known_;
 };
+
+/// At a border that turns away from the surface and at the ends of features, wedges that are wider
+/// than narrow_wedge are split: the field turns there by more than a few triangles tell from
+/// nothing.
+void split_wedges(geom::EditableMesh& mesh, int v) {
+    // Radians: 28 degrees, and 35 beyond a straight border.
+    constexpr double narrow_wedge = 0.5, turned_away = M_PI + 0.6;
+    const auto stops = [&](int a, int b) { return mesh.is_feature(a, b); };
+    const std::vector<int> borders = border_neighbours(mesh, v);
+    for (const int first : borders) {
+        const VertexFan fan = fan_from(mesh, v, first, stops);
+        if (fan.angle < turned_away && borders.size() > 1) continue;
+        for (const Wedge& w : fan.wedges) {
+            const int k = (w.corner + 1) % 3;
+            if (w.angle < narrow_wedge || is_border(mesh, w.triangle, k)) continue;
+            const auto& c = mesh.triangle(w.triangle);
+            const int a = c[at(k)], b = c[at((k + 1) % 3)];
+            mesh.split(a, b, 0.5 * (mesh.point(a) + mesh.point(b)));
+        }
+    }
+}
 
 }  // namespace
 
@@ -230,11 +247,22 @@ void open_corners(geom::EditableMesh& mesh) {
             mesh.split(a, b, 0.5 * (mesh.point(a) + mesh.point(b)));
         }
     }
+    for (std::size_t v = 0; v < border.size(); ++v)
+        if (border[v] != 0) split_wedges(mesh, int(v));
 }
 
 CrossField cross_field(const geom::EditableMesh& mesh, const std::vector<FieldHint>& hints,
                        Poll& poll) {
     return FieldSolver(mesh, hints, poll).solve();
+}
+
+double side_weight(const geom::EditableMesh& mesh, int t, int k) {
+    // Slivers would have more and spoil the solution.
+    constexpr double most_weight = 100.0;
+    const double areas =
+        0.5 * (mesh.area_vector(t).norm() + mesh.area_vector(across(mesh, t, k)).norm());
+    return std::min(most_weight,
+                    3.0 * side_vector(mesh, t, k).squaredNorm() / std::max(areas, 1e-300));
 }
 
 double field_turn(const geom::EditableMesh& mesh, const CrossField& field, int from, int to) {

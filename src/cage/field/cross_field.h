@@ -40,6 +40,11 @@ void open_corners(geom::EditableMesh& mesh);
 CrossField cross_field(const geom::EditableMesh& mesh, const std::vector<FieldHint>& hints,
                        Poll& poll);
 
+/// Weight of a difference between the triangles on both sides of side k of a triangle, in a sum of
+/// squares that is Dirichlet's energy.
+/// @pre the side is not on the boundary
+double side_weight(const geom::EditableMesh& mesh, int t, int k);
+
 /// How much a field turns between neighbouring triangles, radians in (-pi/4, pi/4], against a
 /// direction that is carried straight across the edge.
 double field_turn(const geom::EditableMesh& mesh, const CrossField& field, int from, int to);

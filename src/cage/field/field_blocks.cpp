@@ -7,6 +7,7 @@
 #include "cage/field/field_topology.h"
 #include "cage/field/grid_vertices.h"
 #include "cage/field/map_grid.h"
+#include "cage/field/merge_singularities.h"
 #include "cage/field/size_metric.h"
 #include "cage/field/whole_blocks.h"
 
@@ -17,6 +18,8 @@ namespace {
 // Times that a layout whose quads fold is divided anew, with edges shorter by this factor.
 constexpr int most_rounds = 2;
 constexpr double finer = 0.7;
+// Of the diagonal: singularities and corners that are no farther apart become one.
+constexpr double merged_within_rel = 0.02;
 
 /// @throw LayoutRefused
 QuadLayout layout_of(const SurfaceBody& body, const std::vector<char>& borders,
@@ -25,7 +28,8 @@ QuadLayout layout_of(const SurfaceBody& body, const std::vector<char>& borders,
     open_corners(mesh);
     const auto hints = curvature_hints(mesh, reference, poll);
     CrossField field = cross_field(mesh, hints, poll);
-    const FieldTopology topology = field_topology(mesh, field);
+    FieldTopology topology = field_topology(mesh, field);
+    merge_singularities(mesh, field, topology, merged_within_rel * reference.size(), poll);
     const FieldLines lines = field_lines(mesh, field, topology, poll);
     QuadLayout layout = brep_layout(mesh, reference, poll, &lines);
     cut_shared_pieces(layout);

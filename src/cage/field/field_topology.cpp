@@ -102,7 +102,7 @@ class TopologyFinder {
         const int quads = int(std::lround((fan.angle - turn_along(fan)) / (0.5 * M_PI)));
         // Around the end of a feature there are three at least.
         const bool end = border_neighbours(mesh_, v).size() == 1;
-        result_.sectors.push_back({v, first, fan.angle, end ? std::max(quads, 3) : quads});
+        result_.sectors.push_back({v, first, fan.angle, std::max(quads, end ? 3 : 1), quads});
         RegionSum& sum = sums_[at(region_[at(fan.wedges[0].triangle)])];
         sum.quarters += 2 - quads;
         ++sum.euler;

@@ -46,8 +46,7 @@ void part_fan(const LinedMesh& lined, int v, const VertexFan& fan, int quads,
 
 SectorCounts::SectorCounts(const LinedMesh& lined, const FieldTopology& topology) {
     for (const FieldSector& s : topology.sectors)
-        at_borders_[s.vertex].push_back(
-            {side_direction(lined, s.vertex, s.next), std::max(s.quads, 1)});
+        at_borders_[s.vertex].push_back({side_direction(lined, s.vertex, s.next), s.quads});
     for (const Singularity& s : topology.singularities) valence_[s.vertex] = std::max(s.valence, 3);
 }
 

@@ -216,7 +216,7 @@ class LevelFitter {
         }
         const FeatureMatch& match = projector_.match();
         // The end of a crease inside the surface moves with both.
-        for (const DartTarget& dart : match.darts) {
+        for (const CurveTarget& dart : match.darts) {
             if (!topology_.is_pinned(dart.vertex)) curve_steps_.held[dart.vertex.index()] = 0;
         }
         for (const VertexTarget& target : match.corners) {

@@ -55,6 +55,7 @@ LevelError measure(const mesh::Cage& cage, const LevelFit& fitted,
         measure::measure_limit(cage, reference, points,
                                {.intervals = samples_per_edge + 1, .far_mm = options.tolerance_mm});
     LevelError error{.surface = limit.surface, .curves = {}, .reverse = limit.reverse, .faces = {}};
+    for (const CurveTarget& turn : fitted.match.turns) error.at_turns.push_back(turn.vertex);
     for (const measure::FaceDeviation& face : limit.faces) error.faces.push_back({face});
     measure_curves(cage, fitted, reference, 2 * samples_per_edge, error);
     return error;

@@ -19,6 +19,7 @@ struct LevelError {
     Distances surface, curves;
     Distances reverse;  ///< of points of the reference from the limit surface
     std::vector<FaceError> faces;
+    std::vector<mesh::VertexId> at_turns;  ///< see FeatureMatch::turns
 };
 
 /// On a grid over all faces, borders included and denser than the one that was fitted.

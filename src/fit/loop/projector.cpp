@@ -54,11 +54,11 @@ Projector::Projector(const mesh::Cage& given, const geom::ReferenceSurface& refe
       curves_(curve_sites(*topology_)),
       given_curves_(curve_points(given, curves_, options.solver.samples_per_edge)),
       match_(match_cage(given, curves_, given_curves_, reference, options)),
-      darts_(*topology_, curves_, match_, reference),
+      vertices_(*topology_, curves_, match_, reference),
       surface_(*topology_, surface_sets(options.solver.samples_per_edge),
-               darts_.after_faces(face_sites(*topology_)), subd::SampleRows::PointsAndTangents),
+               vertices_.after_faces(face_sites(*topology_)), subd::SampleRows::PointsAndTangents),
       curve_(*topology_, curve_sets(options.solver.samples_per_edge),
-             darts_.after_curves(curves_.sites)),
+             vertices_.after_curves(curves_.sites)),
       given_normals_(surface_.normals(given.points)) {
     surface_.apply(given.points, given_limit_);
     set_reach(foot_reach);
@@ -116,7 +116,7 @@ Projection Projector::project_curves(const Points& points) const {
     in_batches(curves_.sites.size(), 16, [&](std::size_t first, std::size_t end) {
         for (std::size_t site = first; site < end; ++site) project_curve_site(site, on_path, p);
     });
-    darts_.project(curve_, p);
+    vertices_.project(curve_, p);
     p.sum_up();
     return p;
 }
@@ -145,7 +145,7 @@ void Projector::project_curve_site(std::size_t site, const std::vector<geom::Fea
 Projection Projector::project_surface(const Points& points, const Projection* last) const {
     Projection p(surface_, points);
     p.normals = surface_.normals(points);
-    const auto on_faces = std::size_t(darts_.rows_before(surface_, false));
+    const auto on_faces = std::size_t(vertices_.rows_before(surface_, false));
     in_batches(on_faces, 64, [&](std::size_t first, std::size_t end) {
         for (auto i = Eigen::Index(first); i < Eigen::Index(end); ++i) {
             const auto normal = unit_or_none(p.normals.row(i).transpose());
@@ -159,7 +159,7 @@ Projection Projector::project_surface(const Points& points, const Projection* la
         }
     });
     add_reverse_targets(points, p);
-    darts_.project(surface_, p);
+    vertices_.project(surface_, p);
     p.sum_up();
     return p;
 }

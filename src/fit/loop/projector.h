@@ -2,8 +2,8 @@
 #pragma once
 
 #include "fit/loop/projection.h"
-#include "fit/match/dart_samples.h"
 #include "fit/match/path_alignment.h"
+#include "fit/match/vertex_samples.h"
 #include "measure/limit_search.h"
 
 #include <functional>
@@ -86,7 +86,7 @@ class Projector {
     CurveSampling curves_;
     geom::Points given_curves_;  // of the samples of curves_
     FeatureMatch match_;
-    DartSamples darts_;
+    VertexSamples vertices_;
     subd::LimitOperator surface_, curve_;
     std::vector<AlignedChain> alignments_;
     geom::Points given_limit_, given_normals_;  // of the samples of surface_

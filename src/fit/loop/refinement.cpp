@@ -302,7 +302,8 @@ std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const Level
             pass_on(features, fine);
             auto halvings = after_split(fine, std::vector<Halvings>(cuts.size(), {0, 0}));
             split_at_unresolved(next, halvings, std::move(features), options);
-            next.moved = grade_spacing(next.cage, by_edge(*next.cage.topology, halvings));
+            next.moved =
+                grade_spacing(next.cage, by_edge(*next.cage.topology, halvings), error.at_turns);
             return next;
         }
     }

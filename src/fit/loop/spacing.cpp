@@ -102,13 +102,16 @@ double move_towards(const std::vector<double>& wanted, const std::vector<Joint>&
 
 }  // namespace
 
-double grade_spacing(mesh::Cage& cage, const std::vector<int>& halvings) {
+double grade_spacing(mesh::Cage& cage, const std::vector<int>& halvings,
+                     const std::vector<VertexId>& held) {
     const Topology& t = *cage.topology;
     std::vector<Joint> joints;
     for (const VertexId v : t.vertices())
-        for (const Joint& joint : joints_at(t, v))
-            if (std::max(halvings[joint.edges[0].index()], halvings[joint.edges[1].index()]) < 2)
-                joints.push_back(joint);
+        if (std::find(held.begin(), held.end(), v) == held.end())
+            for (const Joint& joint : joints_at(t, v))
+                if (std::max(halvings[joint.edges[0].index()], halvings[joint.edges[1].index()]) <
+                    2)
+                    joints.push_back(joint);
     const std::vector<double> changes = graded_changes(joints, halvings);
     const geom::Points given = cage.points;
     std::vector<double> wanted;

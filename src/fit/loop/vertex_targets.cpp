@@ -51,7 +51,7 @@ Points vertex_targets(const mesh::Cage& cage, const geom::ReferenceSurface& refe
                               .point.transpose();
             }
         });
-    for (const DartTarget& dart : matched.match.darts)
+    for (const CurveTarget& dart : matched.match.darts)
         targets.row(dart.vertex.value) = dart.point.transpose();
     for (const VertexTarget& corner : matched.match.corners)
         targets.row(corner.vertex.value) = corner.point.transpose();

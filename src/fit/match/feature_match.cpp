@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <optional>
 #include <set>
 
 namespace patchwright::fit {
@@ -139,6 +140,72 @@ std::array<LooseEnd, 2> loose_ends(const EdgeChain& chain, double length, const 
     return loose;
 }
 
+/// Whether a curve turns by 45 degrees over a quarter of the edges on both sides of a vertex.
+class TurnTest {
+  public:
+    TurnTest(const Points& points, const FeaturePath& path, const geom::ReferenceSurface& reference)
+        : points_(points), path_(path), reference_(reference) {}
+
+    [[nodiscard]] std::optional<Vec3> place(VertexId before, VertexId at, VertexId after) const {
+        const Vec3 here = foot(points_.row(at.value), limit(before, at, after));
+        const Vec3 in = here - on_path(here, before), out = on_path(here, after) - here;
+        // Beside a corner all three may have the same foot point.
+        if (in.norm() < least_way * edge(at, before) || out.norm() < least_way * edge(at, after))
+            return std::nullopt;
+        if (in.dot(out) > cosine * in.norm() * out.norm()) return std::nullopt;
+        return here;
+    }
+
+  private:
+    static constexpr double cosine = 0.7, share = 0.25, least_way = 0.5 * share;
+
+    [[nodiscard]] double edge(VertexId a, VertexId b) const {
+        return (points_.row(a.value) - points_.row(b.value)).norm();
+    }
+    [[nodiscard]] Eigen::RowVector3d limit(VertexId before, VertexId at, VertexId after) const {
+        return (points_.row(before.value) + 4.0 * points_.row(at.value) +
+                points_.row(after.value)) /
+               6.0;
+    }
+    /// Control points of cages that are made are on the model; of fitted ones limit points are.
+    [[nodiscard]] Vec3 foot(const Eigen::RowVector3d& one, const Eigen::RowVector3d& other) const {
+        const geom::FeaturePoint p = nearest_on_path(reference_, path_, one.transpose()),
+                                 q = nearest_on_path(reference_, path_, other.transpose());
+        return p.distance < q.distance ? p.point : q.point;
+    }
+    /// Near the point that is this share of the way from a point to a vertex.
+    [[nodiscard]] Vec3 on_path(const Vec3& from, VertexId to) const {
+        const Vec3 at = (1.0 - share) * from + share * points_.row(to.value).transpose();
+        return nearest_on_path(reference_, path_, at).point;
+    }
+
+    const Points& points_;
+    const FeaturePath& path_;
+    const geom::ReferenceSurface& reference_;
+};
+
+/// See FeatureMatch::turns.
+std::vector<CurveTarget> turns_of(const mesh::Topology& topology, const Points& points,
+                                  const std::vector<EdgeChain>& chains,
+                                  const std::vector<FeaturePath>& paths,
+                                  const geom::ReferenceSurface& reference) {
+    std::vector<CurveTarget> turns;
+    for (std::size_t c = 0; c < chains.size(); ++c) {
+        if (paths[c].empty()) continue;
+        const TurnTest test(points, paths[c], reference);
+        const auto& line = chains[c].vertices;
+        const std::size_t count = line.size();
+        for (std::size_t i = 0; i < count; ++i) {
+            if (!chains[c].closed && (i == 0 || i + 1 == count)) continue;
+            const VertexId v = line[i];
+            if (topology.valence(v) == (topology.is_boundary(v) ? 3 : 4)) continue;
+            const auto place = test.place(line[(i + count - 1) % count], v, line[(i + 1) % count]);
+            if (place) turns.push_back({v, int(c), *place});
+        }
+    }
+    return turns;
+}
+
 }  // namespace
 
 FeatureMatch match_features(const mesh::Topology& topology, const Points& points,
@@ -193,6 +260,7 @@ FeatureMatch match_features(const mesh::Topology& topology, const Points& points
         targets[vertex] = features.corners[std::size_t(corner)].point;
     }
     for (const auto& [vertex, point] : targets) result.corners.push_back({vertex, point});
+    result.turns = turns_of(topology, points, curves.chains, result.paths, reference);
     return result;
 }
 

@@ -25,8 +25,8 @@ struct VertexTarget {
     geom::Vec3 point;
 };
 
-/// An end of a crease within the surface, and where its limit point belongs: at the end of a curve.
-struct DartTarget {
+/// A vertex on a chain, and where on the curve its limit point belongs.
+struct CurveTarget {
     mesh::VertexId vertex;
     int chain;
     geom::Vec3 point;
@@ -35,8 +35,12 @@ struct DartTarget {
 struct FeatureMatch {
     std::vector<FeaturePath> paths;  ///< one a chain
     std::vector<VertexTarget> corners;
-    /// Without darts for which no curve ends as near as the next vertex, or half the chain.
-    std::vector<DartTarget> darts;
+    /// Ends of creases within the surface, at ends of curves; without those for which no curve ends
+    /// as near as the next vertex, or half the chain.
+    std::vector<CurveTarget> darts;
+    /// Extraordinary vertices where the curve turns sharply for the edges beside them, as where a
+    /// leading edge meets a wall: more or fewer faces have room there than where it is straight.
+    std::vector<CurveTarget> turns;
 };
 
 /// Corners go to corners of the reference one to one, with the least sum of squared distances. The
