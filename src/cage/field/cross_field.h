@@ -28,7 +28,8 @@ std::vector<FieldHint> curvature_hints(const geom::EditableMesh& mesh,
                                        const geom::ModelSurface& reference, Poll& poll);
 
 /// Splits inner edges between two vertices on features or boundaries, so that no triangle touches
-/// two of these.
+/// two of these, and those opposite to a vertex where a border turns away or a feature ends, so
+/// that enough triangles are there for the field to turn.
 void open_corners(geom::EditableMesh& mesh);
 
 /// The smoothest crosses that lie along features and boundaries; hints pull at them a little.

@@ -20,7 +20,7 @@ struct FieldSector {
     int vertex = -1, next = -1;  ///< counter-clockwise from the side vertex - next
     double angle = 0.0;          ///< radians
     int quads = 2;               ///< that there are to be; 2 where a border goes on
-    int of_field = 2;            ///< that the field makes room for; less where none could be
+    int of_field = 2;            ///< that the field makes room for; less where a cage needs more
 };
 
 struct FieldTopology {
