@@ -1,4 +1,5 @@
 // Wings, blades and nacelles whose CAD is the limit surface of a cage that only the test knows.
+#include "cage/sections/part_left_out.h"
 #include "rings.h"
 
 #include <patchwright/cage/make_cage.h>
@@ -164,6 +165,26 @@ TEST_CASE("a winglet gets rings across it, as the wing does", "[layout]") {
     }
     check_creases(made.cage, wing);
     check_deviation(made.cage, wing, 1e-3);
+}
+
+TEST_CASE("a winglet is left out by sections that end before it", "[layout]") {
+    const Rings rings = winglet_rings();
+    const Rings straight(rings.begin(), rings.begin() + 7);
+    const std::map<int, int> tail{{0, 0}, {15, 0}};
+    const Shape whole = shape_of(ring_cage(rings, tail, true)),
+                wing = shape_of(ring_cage(straight, tail, true));
+    const geom::SurfaceMesh mesh = wing.reference.surface_mesh(1.0),
+                            other = whole.reference.surface_mesh(1.0);
+    cage::Poll no_limit;  // never stops
+    const auto body = cage::bodies_of(mesh), longer = cage::bodies_of(other);
+    const cage::WingSearch search = cage::find_wing(body[0], wing.reference, {}, no_limit);
+    REQUIRE(search.wing);
+    CHECK(!cage::part_left_out(body[0], *search.wing, search.blocks, no_limit));
+    const auto place = cage::part_left_out(longer[0], *search.wing, search.blocks, no_limit);
+    REQUIRE(place);
+    // At the winglet's tip, within a triangle.
+    const double top = whole.reference.bounds().max.z();
+    CHECK(std::abs(place->z() - top) < 100.0);
 }
 
 /// The same with a line of points along the nose, open at both ends.

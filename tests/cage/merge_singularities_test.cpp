@@ -99,5 +99,46 @@ TEST_CASE("singularities of opposite indices that lie side by side are gone", "[
     }
 }
 
+/// A square of 40 x 40 around the origin, two triangles each unit, with a feature curve from its
+/// side at x = -20 to the origin.
+geom::EditableMesh square_with_line() {
+    constexpr int n = 41;
+    geom::SurfaceMesh mesh;
+    mesh.points.resize(n * n, 3);
+    const auto id = [](int i, int j) { return n * j + i; };
+    for (int j = 0; j < n; ++j)
+        for (int i = 0; i < n; ++i) mesh.points.row(id(i, j)) << i - 20, j - 20, 0.0;
+    for (int j = 0; j + 1 < n; ++j)
+        for (int i = 0; i + 1 < n; ++i) {
+            mesh.triangles.push_back({id(i, j), id(i + 1, j), id(i + 1, j + 1)});
+            mesh.triangles.push_back({id(i, j), id(i + 1, j + 1), id(i, j + 1)});
+        }
+    mesh.faces.assign(mesh.triangles.size(), 0);
+    mesh.corners.assign(std::size_t(n * n), -1);
+    for (int i = 0; i < 20; ++i) mesh.features.push_back({id(i, 20), id(i + 1, 20), 0});
+    geom::EditableMesh result(mesh);
+    cage::open_corners(result);
+    return result;
+}
+
+TEST_CASE("the end of a feature with four quads around it stays regular", "[field]") {
+    const geom::EditableMesh mesh = square_with_line();
+    // Indices of 1/4 and -1/4 in line with the feature, 3 and 13 beyond its end.
+    cage::CrossField field;
+    field.direction.assign(std::size_t(mesh.triangle_count()), Vec3::Zero());
+    for (int t = 0; t < mesh.triangle_count(); ++t) {
+        if (!mesh.alive(t)) continue;
+        const auto& c = mesh.triangle(t);
+        const Vec3 p = (mesh.point(c[0]) + mesh.point(c[1]) + mesh.point(c[2])) / 3.0;
+        const double angle =
+            0.25 * (std::atan2(p.y(), p.x() - 3.0) - std::atan2(p.y(), p.x() - 13.0));
+        field.direction[std::size_t(t)] = Vec3(std::cos(angle), std::sin(angle), 0.0);
+    }
+    cage::FieldTopology topology = cage::field_topology(mesh, field);
+    REQUIRE(topology.singularities.size() == 2);
+    cage::merge_singularities(mesh, field, topology, 5.0, no_limit);
+    CHECK(topology.singularities.size() == 2);
+}
+
 }  // namespace
 }  // namespace patchwright

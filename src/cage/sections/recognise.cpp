@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace patchwright::cage {
 
@@ -20,9 +21,8 @@ Recognised recognise(const SurfaceBody& body, const geom::ModelSurface& referenc
                            .spans = std::max(1, times(fineness, coarse_wing.spans)),
                            .fineness = fineness,
                            .tolerance_mm = options.tolerance_mm};
-    const WingSearch search = find_wing(body, reference, wing, poll);
-    if (search.wing)
-        return {wing_blocks(*search.wing, reference, wing, poll), describe(*search.wing, wing)};
+    WingSearch search = find_wing(body, reference, wing, poll);
+    if (search.wing) return {std::move(search.blocks), describe(*search.wing, wing)};
     const TubeOptions tube{.around = 8 * std::max(1, times(root, TubeOptions{}.around / 8)),
                            .fineness = fineness,
                            .tolerance_mm = options.tolerance_mm};

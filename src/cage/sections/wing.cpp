@@ -1,5 +1,6 @@
 #include "cage/blocks/feature_chain.h"
 #include "cage/sections/bent_spine.h"
+#include "cage/sections/part_left_out.h"
 #include "cage/sections/wing_finder.h"
 #include "geom/angle.h"
 
@@ -318,11 +319,20 @@ WingSearch find_wing(const SurfaceBody& body, const geom::ModelSurface& referenc
     WingSearch result;
     int most = -1;
     const auto try_along = [&](const Vec3& axis, WingFinder finder) {
+        std::string why_not;
         result.wing = finder.run();
-        if (result.wing || finder.sections_found() <= most) return;
+        if (result.wing) {
+            result.blocks = wing_blocks(*result.wing, reference, options, poll);
+            const auto left_out = part_left_out(body, *result.wing, result.blocks, poll);
+            if (!left_out) return;
+            result.wing.reset();
+            why_not = fmt::format("the sections leave out what is at ({:.4g}, {:.4g}, {:.4g})",
+                                  left_out->x(), left_out->y(), left_out->z());
+        }
+        if (finder.sections_found() <= most) return;
         most = finder.sections_found();
         result.why_not = fmt::format("along ({:.2f}, {:.2f}, {:.2f}) {}", axis.x(), axis.y(),
-                                     axis.z(), finder.why_not());
+                                     axis.z(), why_not.empty() ? finder.why_not() : why_not);
     };
     // Before straight ones, which may take a winglet for a rounded tip.
     for (const Vec3& axis : box_axes(body)) {

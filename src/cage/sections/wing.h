@@ -59,10 +59,12 @@ struct Wing {
 
 struct WingSearch {
     std::optional<Wing> wing;
+    Blocks blocks;  ///< of the wing
     std::string why_not;
 };
 
-/// Looks along directions across flat lids first, then along the axes.
+/// Looks along directions across flat lids first, then along the axes. A wing whose faces
+/// leave out a part of the body is none.
 WingSearch find_wing(const SurfaceBody& body, const geom::ModelSurface& reference,
                      const WingOptions& options, Poll& poll);
 

@@ -31,8 +31,6 @@ constexpr double beside_lid_chords = 0.1, beside_tip_chords = 0.5, beside_end_re
 constexpr double reach_of_tip = 1.5;
 // In thicknesses: farther from the end no tip begins.
 constexpr double farthest_ring = 4.0;
-// In thicknesses: tips rise by less, with dihedral and twist, winglets and fins by more.
-constexpr double highest_tip = 4.0;
 // Of the chord: shorter curves in a section's plane are flaws, not lines around the body.
 constexpr double shortest_line_around = 0.3;
 // Of the way around a section: curves in its plane that leave it by more are a fin's.
@@ -157,21 +155,7 @@ bool WingFinder::place_ring(WingEnd& end, const WingSection& near) {
         best = end.outward * std::min(end.outward * *best, end.outward * tail_end);
     }
     end.ring = *best - end.outward * inside_rel * wing_.span;
-    if (!is_tip(end, near)) return refuse("its tip goes to a side");
     return true;
-}
-
-bool WingFinder::is_tip(const WingEnd& end, const WingSection& section) const {
-    const geom::SurfaceMesh& mesh = *wing_.slicer.body().mesh;
-    const Vec3 chord = section.trailing_edge() - section.nose();
-    const Vec3 up = chord.cross(wing_.slicer.spine().direction(end.extreme)).normalized();
-    return std::none_of(wing_.slicer.body().triangles.begin(), wing_.slicer.body().triangles.end(),
-                        [&](int t) {
-                            const int v = mesh.triangles[std::size_t(t)][0];
-                            const Vec3 way = Vec3(mesh.points.row(v)) - section.center;
-                            return (wing_.slicer.height(v) - end.ring) * end.outward > 0.0 &&
-                                   std::abs(way.dot(up)) > highest_tip * section.thickness;
-                        });
 }
 
 bool WingFinder::on_body(int curve) const {

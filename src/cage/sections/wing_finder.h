@@ -81,8 +81,6 @@ class WingFinder {
 
     /// Of ends that close themselves: where the tip starts.
     bool place_ring(WingEnd& end, const WingSection& near);
-    /// Whether what lies beyond a section goes on along the span, not to a side as winglets do.
-    [[nodiscard]] bool is_tip(const WingEnd& end, const WingSection& section) const;
 
     [[nodiscard]] bool on_body(int curve) const;
     [[nodiscard]] bool runs_along_section(int curve, double height) const;
