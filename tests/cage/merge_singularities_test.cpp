@@ -46,6 +46,20 @@ geom::TriangleMesh plate_with_section() {
     return prism(plate, 10.0);
 }
 
+/// Where z is as given, the field around points of the x axis with the indices 1/4 and -1/4.
+void set_pair(const geom::EditableMesh& mesh, cage::CrossField& field, double z, double plus_x,
+              double minus_x) {
+    for (int t = 0; t < mesh.triangle_count(); ++t) {
+        if (!mesh.alive(t)) continue;
+        const auto& c = mesh.triangle(t);
+        const Vec3 p = (mesh.point(c[0]) + mesh.point(c[1]) + mesh.point(c[2])) / 3.0;
+        if (std::abs(p.z() - z) > 1e-9) continue;
+        const double angle =
+            0.25 * (std::atan2(p.y(), p.x() - plus_x) - std::atan2(p.y(), p.x() - minus_x));
+        field.direction[std::size_t(t)] = Vec3(std::cos(angle), std::sin(angle), 0.0);
+    }
+}
+
 TEST_CASE("a singularity beside a rim that turns sharply becomes part of it", "[field]") {
     Field made(plate_with_section());
     const Vec3 nose(6, 0, 10);
@@ -75,17 +89,8 @@ TEST_CASE("a singularity beside a rim that turns sharply becomes part of it", "[
 TEST_CASE("singularities of opposite indices that lie side by side are gone", "[field][oracle]") {
     Field made(prism({{{20, 20}, {-20, 20}, {-20, -20}, {20, -20}}, {{0, 1, 2}, {0, 2, 3}}}, 10.0));
     const std::size_t before = made.topology.singularities.size();
-    // On the top, which has none, the field around two points with the indices 1/4 and -1/4.
-    for (int t = 0; t < made.mesh.triangle_count(); ++t) {
-        if (!made.mesh.alive(t)) continue;
-        const auto& c = made.mesh.triangle(t);
-        const Vec3 middle =
-            (made.mesh.point(c[0]) + made.mesh.point(c[1]) + made.mesh.point(c[2])) / 3.0;
-        if (middle.z() < 10.0 - 1e-9) continue;
-        const double angle = 0.25 * (std::atan2(middle.y(), middle.x() - 2.0) -
-                                     std::atan2(middle.y(), middle.x() + 2.0));
-        made.field.direction[std::size_t(t)] = Vec3(std::cos(angle), std::sin(angle), 0.0);
-    }
+    // On the top, which has none.
+    set_pair(made.mesh, made.field, 10.0, 2.0, -2.0);
     made.topology = cage::field_topology(made.mesh, made.field);
     REQUIRE(made.topology.singularities.size() == before + 2);
     SECTION("within reach") {
@@ -123,17 +128,10 @@ geom::EditableMesh square_with_line() {
 
 TEST_CASE("the end of a feature with four quads around it stays regular", "[field]") {
     const geom::EditableMesh mesh = square_with_line();
-    // Indices of 1/4 and -1/4 in line with the feature, 3 and 13 beyond its end.
     cage::CrossField field;
     field.direction.assign(std::size_t(mesh.triangle_count()), Vec3::Zero());
-    for (int t = 0; t < mesh.triangle_count(); ++t) {
-        if (!mesh.alive(t)) continue;
-        const auto& c = mesh.triangle(t);
-        const Vec3 p = (mesh.point(c[0]) + mesh.point(c[1]) + mesh.point(c[2])) / 3.0;
-        const double angle =
-            0.25 * (std::atan2(p.y(), p.x() - 3.0) - std::atan2(p.y(), p.x() - 13.0));
-        field.direction[std::size_t(t)] = Vec3(std::cos(angle), std::sin(angle), 0.0);
-    }
+    // In line with the feature, the first one near its end.
+    set_pair(mesh, field, 0.0, 3.0, 13.0);
     cage::FieldTopology topology = cage::field_topology(mesh, field);
     REQUIRE(topology.singularities.size() == 2);
     cage::merge_singularities(mesh, field, topology, 5.0, no_limit);

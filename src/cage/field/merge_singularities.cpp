@@ -153,8 +153,8 @@ class SingularityMerger {
         if (!sector) return false;
         const int quads = sector->of_field - quarters;
         if (sector->of_field < sector->quads) return quarters < 0 && quads <= sector->quads;
+        // Regular are two quads along a border and four around the end of a feature.
         if (sector->quads == 2 && mesh_.corner(node) < 0) return false;
-        // The end of a feature is regular with four quads around it.
         if (sector->of_field == 4 && border_neighbours(mesh_, node).size() == 1) return false;
         return quads > 0 && sector->angle >= quads * least_angle &&
                sector->angle <= quads * most_angle;

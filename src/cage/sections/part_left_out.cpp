@@ -1,10 +1,12 @@
 #include "cage/sections/part_left_out.h"
 
-#include "geom/triangle_tree.h"
+#include "geom/bvh.h"
 
 #include <patchwright/base/numbers.h>
+#include <patchwright/geom/nearest.h>
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 namespace patchwright::cage {
@@ -18,36 +20,39 @@ namespace {
 // the chord goes to nothing between two sections, within a quarter.
 constexpr double left_out_chords = 1.0 / 3.0;
 
+/// Nearest points of a cage's faces, each a fan of triangles.
 class FaceTree {
   public:
     explicit FaceTree(const Blocks& blocks) {
+        std::vector<geom::Box3> boxes;
         for (const auto& face : blocks.faces) {
             const auto corner = [&](std::size_t k) { return blocks.points[at(face[k])]; };
-            for (std::size_t k = 1; k + 1 < face.size(); ++k)
+            for (std::size_t k = 1; k + 1 < face.size(); ++k) {
                 triangles_.push_back({corner(0), corner(k), corner(k + 1)});
+                boxes.emplace_back();
+                for (const Vec3& p : triangles_.back()) boxes.back().add(p);
+            }
         }
-        tree_ = geom::TriangleTree(triangles_, std::vector<double>(triangles_.size(), 0.0));
+        tree_ = geom::Bvh(boxes);
     }
 
     [[nodiscard]] Vec3 nearest(const Vec3& query) const {
         Vec3 best = triangles_.front()[0];
-        double distance = (best - query).norm();
-        tree_.nearest(query, distance, [&](int first, int count, const auto& near, double) {
-            for (int i = 0; i < count; ++i) {
-                if (double(near.distance[at(i)]) >= distance) continue;
-                const Vec3 weights = tree_.weights_near(first + i, query);
-                const auto& c = triangles_[at(tree_.numbers()[at(first + i)])];
-                best = weights[0] * c[0] + weights[1] * c[1] + weights[2] * c[2];
-                distance = (best - query).norm();
-            }
+        tree_.nearest(query, (best - query).norm(), [&](int t, double limit) {
+            const auto& c = triangles_[at(t)];
+            const Vec3 w = geom::nearest_weights(query, c);
+            const Vec3 point = w[0] * c[0] + w[1] * c[1] + w[2] * c[2];
+            const double distance = (point - query).norm();
+            if (distance >= limit) return limit;
+            best = point;
             return distance;
         });
         return best;
     }
 
   private:
-    std::vector<geom::TriangleTree::Corners> triangles_;
-    geom::TriangleTree tree_;
+    std::vector<std::array<Vec3, 3>> triangles_;
+    geom::Bvh tree_;
 };
 
 /// The longer one of the sections on either side of a place.

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <string>
 
 namespace patchwright::cage {
 
@@ -319,8 +320,8 @@ WingSearch find_wing(const SurfaceBody& body, const geom::ModelSurface& referenc
     WingSearch result;
     int most = -1;
     const auto try_along = [&](const Vec3& axis, WingFinder finder) {
-        std::string why_not;
         result.wing = finder.run();
+        std::string why_not = finder.why_not();
         if (result.wing) {
             result.blocks = wing_blocks(*result.wing, reference, options, poll);
             const auto left_out = part_left_out(body, *result.wing, result.blocks, poll);
@@ -331,8 +332,8 @@ WingSearch find_wing(const SurfaceBody& body, const geom::ModelSurface& referenc
         }
         if (finder.sections_found() <= most) return;
         most = finder.sections_found();
-        result.why_not = fmt::format("along ({:.2f}, {:.2f}, {:.2f}) {}", axis.x(), axis.y(),
-                                     axis.z(), why_not.empty() ? finder.why_not() : why_not);
+        result.why_not =
+            fmt::format("along ({:.2f}, {:.2f}, {:.2f}) {}", axis.x(), axis.y(), axis.z(), why_not);
     };
     // Before straight ones, which may take a winglet for a rounded tip.
     for (const Vec3& axis : box_axes(body)) {

@@ -63,8 +63,8 @@ struct WingSearch {
     std::string why_not;
 };
 
-/// Looks along directions across flat lids first, then along the axes. A wing whose faces
-/// leave out a part of the body is none.
+/// Looks along directions across flat lids first, then along the axes. A wing whose faces leave
+/// out a part of the body is none; see part_left_out().
 WingSearch find_wing(const SurfaceBody& body, const geom::ModelSurface& reference,
                      const WingOptions& options, Poll& poll);
 
