@@ -8,6 +8,9 @@
 #include <BRepBuilderAPI_MakeEdge.hxx>
 #include <BRepBuilderAPI_MakePolygon.hxx>
 #include <BRepBuilderAPI_MakeWire.hxx>
+#include <BRepLib.hxx>
+#include <GCE2d_MakeSegment.hxx>
+#include <Geom2d_TrimmedCurve.hxx>
 #include <Geom_BSplineCurve.hxx>
 #include <TColStd_Array1OfInteger.hxx>
 #include <TColStd_Array1OfReal.hxx>
@@ -21,6 +24,7 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
+#include <random>
 #include <vector>
 
 using namespace patchwright;
@@ -39,6 +43,35 @@ void check_file(const std::filesystem::path& file) {
     CHECK(found.points > 200);
     CHECK(found.kinds.size() == 6);
     CHECK(found.farther <= tolerance);
+}
+
+/// Bicubic faces that bend sharply one above the other, each trimmed by a polygon in (u, v) amid
+/// what its surface goes on to be: feet beyond the trim are nearer than what is on the model.
+TopoDS_Compound trimmed_waves(unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<> height(-25.0, 25.0), corner(0.15, 0.45);
+    TopoDS_Compound faces;
+    const BRep_Builder builder;
+    builder.MakeCompound(faces);
+    for (int layer = 0; layer < 4; ++layer) {
+        TColgp_Array2OfPnt poles(1, 4, 1, 4);
+        for (int i = 1; i <= 4; ++i)
+            for (int j = 1; j <= 4; ++j)
+                poles(i, j) = gp_Pnt(33.0 * i, 33.0 * j, 15.0 * layer + height(random));
+        const Handle(Geom_Surface) surface = new Geom_BezierSurface(poles);
+        const std::array<gp_Pnt2d, 4> corners{gp_Pnt2d(corner(random), corner(random)),
+                                              gp_Pnt2d(1.0 - corner(random), corner(random)),
+                                              gp_Pnt2d(1.0 - corner(random), 1.0 - corner(random)),
+                                              gp_Pnt2d(corner(random), 1.0 - corner(random))};
+        BRepBuilderAPI_MakeWire wire;
+        for (std::size_t k = 0; k < 4; ++k)
+            wire.Add(BRepBuilderAPI_MakeEdge(
+                GCE2d_MakeSegment(corners[k], corners[(k + 1) % 4]).Value(), surface));
+        const TopoDS_Face face = BRepBuilderAPI_MakeFace(surface, wire.Wire()).Face();
+        BRepLib::BuildCurves3d(face);
+        builder.Add(faces, face);
+    }
+    return faces;
 }
 
 }  // namespace
@@ -68,6 +101,22 @@ TEST_CASE("foot points between many small faces are no farther than the kernel's
             reference, test::faces_only(model.impl().shape), 600, 5, tolerance);
         CAPTURE(found.worst.kind, found.worst.point.transpose());
         CHECK(found.points > 500);
+        CHECK(found.farther <= tolerance);
+    }
+}
+
+TEST_CASE("foot points where surfaces go on beyond the trim are no farther than the kernel's",
+          "[occ][oracle]") {
+    for (unsigned seed = 1; seed <= 6; ++seed) {
+        CAPTURE(seed);
+        const TopoDS_Compound faces = trimmed_waves(seed);
+        const occ::CadReference reference(test::model_of(faces));
+        // Edges' curves are fitted to their lines in (u, v).
+        const double tolerance = 1e-6 * reference.bounds().diagonal();
+        const test::OracleResult found =
+            test::compare_with_kernel(reference, faces, 400, seed, tolerance);
+        CAPTURE(found.worst.kind, found.worst.point.transpose());
+        CHECK(found.points > 300);
         CHECK(found.farther <= tolerance);
     }
 }

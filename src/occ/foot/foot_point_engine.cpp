@@ -220,8 +220,10 @@ class FootSearch {
     Nearest nearest_on_faces() {
         Nearest nearest;
         clear_ = 0.0;
+        // A foot beyond the trim says that an edge may be nearest: what is farther off is passed.
+        std::optional<double> to_edge;
         for (const SeedCandidate& c : candidates_) {
-            if (c.lower > nearest.distance) break;
+            if (c.lower > std::min(nearest.distance, to_edge.value_or(base::infinity))) break;
             if (nearest.on_face &&
                 holds_none_nearer_than(model_.mesh, query_, *nearest.on_face, c.slot))
                 continue;
@@ -229,8 +231,11 @@ class FootSearch {
             clear_ = std::max(clear_, double(around(c.slot).clearance) - distance -
                                           model_.mesh.tree.slack(distance));
             descend(c, [&](const SurfaceFoot& f) {
-                if (f.foot.distance < nearest.distance && is_on_model(f))
+                if (!(f.foot.distance < nearest.distance)) return;
+                if (is_on_model(f))
                     nearest = {f, f.foot.point, f.foot.distance};
+                else if (!to_edge)
+                    to_edge = distance_to_edges();
             });
         }
         edge_bound_ = std::min(nearest.distance, triangle_bound_);
@@ -269,6 +274,14 @@ class FootSearch {
         foot.normal = surface(face).normal(foot.uv);
         foot.distance = (foot.point - query_).norm();
         nearest = {SurfaceFoot{face, c.slot, foot}, foot.point, foot.distance};
+    }
+
+    /// Of the nearest one, or that of the triangulation's bound where none is nearer.
+    double distance_to_edges() {
+        collect_hits(triangle_bound_);
+        double least = triangle_bound_;
+        for (const CurveHit& hit : s_.hits) least = std::min(least, hit.distance);
+        return least + coincident * model_.size;
     }
 
     void collect_hits(double bound) {
