@@ -39,6 +39,10 @@ constexpr int first_vertices = 2000, vertices_a_face = 12;
 /// are 16 times as many. Blocks that meet do so within them (48 random parts, wing and fuselage).
 constexpr int made_levels = 2;
 
+/// Of a remeshed cage's faces: where fewer are to be split, another cage with shorter edges around
+/// them has fewer faces than all of them split, which are four times as many.
+constexpr double few_faces = 0.1;
+
 Growth growth_of(CageKind kind, int faces) {
     switch (kind) {
         case CageKind::Given:
@@ -116,6 +120,8 @@ void AttemptRunner::fit(Attempt& attempt) {
         .interpolate = options_.interpolate,
         .progress = told(budget_.limited())};
     if (attempt.kind != CageKind::Given) fitting.max_idle_levels = idle_levels;
+    if (attempt.kind == CageKind::Remeshed && options_.refinement == fit::RefinementScope::Local)
+        fitting.min_share_to_split_all = few_faces;
     fit::FitResult found = fitted(attempt, fitting);
     if (found.faces_away)
         notice(
@@ -131,8 +137,20 @@ void AttemptRunner::fit(Attempt& attempt) {
                    .before = measure::measure_fairness(attempt.cage),
                    .after = measure::measure_fairness(found.cage),
                    .levels = std::move(found.levels)};
+    attempt.misses = std::move(found.misses);
     attempt.fitted = std::move(found.cage);
+    attempt.verdict = measure::assess(fit_figures(attempt));
     clock_.end("fit");
+}
+
+measure::VerdictFigures AttemptRunner::fit_figures(const Attempt& attempt) const {
+    measure::VerdictFigures figures{.tolerance_mm = options_.tolerance_mm,
+                                    .diagonal_mm = source_.input.diagonal,
+                                    .stopped_by_time_limit = attempt.stopped_by_time_limit,
+                                    .keeps_cage = attempt.keeps_cage};
+    add_fit(figures, attempt.fit);
+    if (attempt.folds.samples > 0) add_folds(figures, attempt.folds);
+    return figures;
 }
 
 fit::FitResult AttemptRunner::fitted(Attempt& attempt, const fit::FitOptions& fitting) const {
@@ -165,14 +183,14 @@ fit::FitResult AttemptRunner::refitted(Attempt& attempt, const fit::FitOptions& 
     return std::move(carried.fit);
 }
 
-void AttemptRunner::measure(Attempt& attempt, const std::vector<Attempt>& attempts) {
+void AttemptRunner::measure(Attempt& attempt) {
     const base::Progress progress = told(budget_.unlimited());
     const double tolerance = options_.tolerance_mm;
     const Shape shape = make_shape(attempt.fitted, options_.shape, shape_tolerance(), &surface());
     for (const std::string& text : shape.notices) notice(text);
     clock_.end("patch");
     std::optional<occ::CadModel> written;
-    if (!output_.empty() && may_win(attempt, attempts)) {
+    if (!output_.empty()) {
         attempt.file = std::make_shared<base::PendingFile>(output_);
         occ::WriteOptions writing = options_.shape.write;
         if (!writing.name) writing.name = output_.stem().string();
@@ -190,6 +208,7 @@ void AttemptRunner::measure(Attempt& attempt, const std::vector<Attempt>& attemp
     if (attempt.folds.samples == 0) attempt.folds = folds_of(shape);
     if (body_) attempt.drop_file();  // nobody looks at a body by itself
     clock_.end("check");
+    attempt.measured = true;
     attempt.verdict =
         assess(attempt, source_, options_.tolerance_mm, options_.normal_tolerance_rad);
 }
@@ -197,7 +216,9 @@ void AttemptRunner::measure(Attempt& attempt, const std::vector<Attempt>& attemp
 Attempt AttemptRunner::carry_out(const AttemptPlan& plan, const std::vector<Attempt>& attempts) {
     Attempt attempt = with_cage(plan, attempts);
     fit(attempt);
-    measure(attempt, attempts);
+    // What takes longest is done last, for what may still be met.
+    if (attempt.verdict.met()) find_folds(attempt);
+    if (attempt.verdict.met()) measure(attempt);
     return attempt;
 }
 
@@ -210,10 +231,9 @@ void AttemptRunner::find_bounds(Attempt& best) {
     clock_.end("check");
 }
 
-void AttemptRunner::find_folds(Attempt& attempt, measure::VerdictFigures& figures) {
+void AttemptRunner::find_folds(Attempt& attempt) {
     attempt.folds = folds_of(make_shape(attempt.fitted, options_.shape, shape_tolerance()));
-    const auto& fold = attempt.folds.worst;
-    figures.fold_rad = fold ? measure::Worst{fold->angle_rad, fold->point} : measure::Worst{};
+    attempt.verdict = measure::assess(fit_figures(attempt));
     clock_.end("check");
 }
 
@@ -246,19 +266,6 @@ base::Progress AttemptRunner::told(base::Progress progress) const {
     return [progress = std::move(progress), before](std::string_view stage, double fraction) {
         return progress(fmt::format("{}{}", before, stage), fraction);
     };
-}
-
-/// Whether an attempt may become the best one, as far as its fit tells.
-bool AttemptRunner::may_win(const Attempt& attempt, const std::vector<Attempt>& attempts) const {
-    const auto best = choose_best(attempts);
-    if (!best) return true;
-    // No verdict is better than one that misses nothing but what the fit has missed.
-    const auto& fitted = attempt.fit.levels[std::size_t(attempt.fit.best_level)];
-    const measure::Verdict at_best =
-        measure::assess({.tolerance_mm = options_.tolerance_mm,
-                         .diagonal_mm = source_.input.diagonal,
-                         .output_to_input_mm = measure::Worst{fitted.largest(), {}}});
-    return measure::better(at_best, attempts[*best].verdict);
 }
 
 measure::FoldFigures AttemptRunner::folds_of(const Shape& shape) const {

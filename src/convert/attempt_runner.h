@@ -36,18 +36,23 @@ class AttemptRunner {
     /// @throw TimeLimitReached when there is no time to make one
     /// @throw InputError when there is none
     Attempt with_cage(const AttemptPlan& plan, const std::vector<Attempt>& attempts = {});
+    /// With the verdict on its own samples.
     /// @throw TimeLimitReached when no level of the fit was completed; not of bodies, whose cage is
     ///        then measured as it is
     void fit(Attempt& attempt);
-    /// Patches, the file if the attempt may be the best one, figures and the verdict.
-    void measure(Attempt& attempt, const std::vector<Attempt>& attempts);
-    /// All of it. @throw TimeLimitReached, InputError
+    /// Patches, the file, figures and the verdict.
+    void measure(Attempt& attempt);
+    /// All of it; nothing is measured where the fit misses or its patches fold. @throw
+    /// TimeLimitReached, InputError
     Attempt carry_out(const AttemptPlan& plan, const std::vector<Attempt>& attempts);
     /// The bounds of the best attempt's deviation, unless memory is used up.
     void find_bounds(Attempt& best);
 
-    /// Of the patches of what was fitted only.
-    void find_folds(Attempt& attempt, measure::VerdictFigures& figures);
+    /// Of the fit by itself, with folds where they were looked for.
+    [[nodiscard]] measure::VerdictFigures fit_figures(const Attempt& attempt) const;
+    /// Of the patches of what was fitted, for the verdict on the fit.
+    void find_folds(Attempt& attempt);
+    /// Of the same patches.
     void find_normals(const Attempt& attempt, measure::VerdictFigures& figures);
 
     /// The model's bodies, where they are known; else they are found when needed.
@@ -66,7 +71,6 @@ class AttemptRunner {
     [[nodiscard]] base::Progress told(base::Progress progress) const;
     [[nodiscard]] fit::FitResult refitted(Attempt& attempt, const fit::FitOptions& fitting) const;
     [[nodiscard]] fit::FitResult fitted(Attempt& attempt, const fit::FitOptions& fitting) const;
-    [[nodiscard]] bool may_win(const Attempt& attempt, const std::vector<Attempt>& attempts) const;
     [[nodiscard]] measure::FoldFigures folds_of(const Shape& shape) const;
     const BodySurfaces& bodies();
 

@@ -22,6 +22,22 @@ constexpr double beside_tolerances = 3.0;
 
 double size_of(const AttemptRunner& run) { return run.source().surface().size(); }
 
+std::optional<std::size_t> best_measured(const std::vector<Attempt>& attempts) {
+    std::optional<std::size_t> best;
+    for (std::size_t i = 0; i < attempts.size(); ++i)
+        if (attempts[i].measured &&
+            (!best || measure::better(attempts[i].verdict, attempts[*best].verdict)))
+            best = i;
+    return best;
+}
+
+/// Of all attempts but the best one that is measured.
+void drop_files(std::vector<Attempt>& attempts) {
+    const auto best = best_measured(attempts);
+    for (std::size_t i = 0; i < attempts.size(); ++i)
+        if (i != best) attempts[i].drop_file();
+}
+
 /// One more attempt. @return false when one is met, none is left, or memory is used up
 /// @throw TimeLimitReached when the budget is, or nothing of the attempt was completed
 bool make_attempt(AttemptRunner& run, const base::Budget& budget, Conversion& conversion) {
@@ -46,9 +62,27 @@ bool make_attempt(AttemptRunner& run, const base::Budget& budget, Conversion& co
         }
     }
     conversion.kept = choose_best(attempts);
-    for (std::size_t i = 0; i < attempts.size(); ++i)
-        if (i != conversion.kept) attempts[i].drop_file();
+    drop_files(attempts);
     return true;
+}
+
+/// Measures what is best by the verdicts so far; then the best one of those that are measured is
+/// kept.
+void measure_kept(AttemptRunner& run, Conversion& conversion) {
+    std::vector<Attempt>& attempts = conversion.attempts;
+    while (conversion.kept && !attempts[*conversion.kept].measured) {
+        const std::size_t kept = *conversion.kept;
+        const auto measure = [&] { run.measure(attempts[kept]); };
+        if (attempts.size() == 1) {
+            measure();
+        } else if (!memory_suffices(measure)) {
+            run.notice(fmt::format("attempt {} ran out of memory and was given up", kept + 1));
+            attempts.erase(attempts.begin() + std::ptrdiff_t(kept));
+            conversion.kept = choose_best(attempts);
+        }
+    }
+    conversion.kept = best_measured(attempts);
+    drop_files(attempts);
 }
 
 void make_attempts(AttemptRunner& run, const base::Budget& budget, Conversion& conversion) {
@@ -57,6 +91,7 @@ void make_attempts(AttemptRunner& run, const base::Budget& budget, Conversion& c
     } catch (const base::TimeLimitReached&) {
         conversion.time_limit_reached = true;
     }
+    measure_kept(run, conversion);
 }
 
 /// The bodies of a model, each with its attempts; nothing is written of them.
@@ -115,7 +150,7 @@ class BodyByBody {
                 time_limit_reached_ = true;
                 return;
             }
-            part.run->measure(part.conversion.attempts.front(), {});
+            part.run->measure(part.conversion.attempts.front());
         }
         try {
             for (bool more = true; more;) {
@@ -126,6 +161,7 @@ class BodyByBody {
         } catch (const base::TimeLimitReached&) {
             time_limit_reached_ = true;
         }
+        for (Part& part : parts_) measure_kept(*part.run, part.conversion);
     }
 
     /// The best attempts on all bodies as one on the model, not measured.
@@ -193,6 +229,7 @@ class BodyByBody {
             if (one.samples == 0) return {};
             whole.samples += one.samples;
             whole.folded += one.folded;
+            whole.by_face.insert(whole.by_face.end(), one.by_face.begin(), one.by_face.end());
             if (one.worst && (!whole.worst || one.worst->angle_rad > whole.worst->angle_rad))
                 whole.worst = one.worst;
         }
@@ -215,7 +252,7 @@ void convert_bodies(AttemptRunner& run, const base::Budget& budget, base::StageC
         BodyByBody bodies(run.source(), run.options(), budget, clock);
         const auto measure_all = [&] {
             Attempt whole = bodies.joined();
-            run.measure(whole, conversion.attempts);
+            run.measure(whole);
             conversion.attempts.push_back(std::move(whole));
         };
         bodies.fit();
@@ -226,9 +263,8 @@ void convert_bodies(AttemptRunner& run, const base::Budget& budget, base::StageC
             measure_all();
         }
         bodies.finish(run, conversion);
-        conversion.kept = choose_best(conversion.attempts);
-        for (std::size_t i = 0; i < conversion.attempts.size(); ++i)
-            if (i != conversion.kept) conversion.attempts[i].drop_file();
+        conversion.kept = best_measured(conversion.attempts);
+        drop_files(conversion.attempts);
     } catch (const base::TimeLimitReached&) {
         conversion.time_limit_reached = true;
     }
@@ -283,12 +319,8 @@ Conversion fit_only(const Source& source, const ConvertOptions& options,
         attempt = run.with_cage(*choose_next({}, options, diagonal));
         run.fit(attempt);
     }
-    measure::VerdictFigures figures{.tolerance_mm = options.tolerance_mm,
-                                    .diagonal_mm = diagonal,
-                                    .stopped_by_time_limit = attempt.stopped_by_time_limit,
-                                    .keeps_cage = attempt.keeps_cage};
-    add_fit(figures, attempt.fit);
-    if (options.refit) run.find_folds(attempt, figures);
+    if (options.refit) run.find_folds(attempt);
+    measure::VerdictFigures figures = run.fit_figures(attempt);
     if (options.normal_tolerance_rad) run.find_normals(attempt, figures);
     attempt.verdict = measure::assess(figures);
     result.attempts.push_back(std::move(attempt));

@@ -244,4 +244,9 @@ void add_fit(measure::VerdictFigures& figures, const report::FitFigures& fit) {
     raise(figures.input_to_output_mm, best.reverse_max_mm, best.reverse_max_at);
 }
 
+void add_folds(measure::VerdictFigures& figures, const measure::FoldFigures& folds) {
+    const auto& worst = folds.worst;
+    figures.fold_rad = worst ? measure::Worst{worst->angle_rad, worst->point} : measure::Worst{};
+}
+
 }  // namespace patchwright::convert

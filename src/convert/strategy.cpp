@@ -15,7 +15,10 @@ constexpr double far_off = 10.0;
 /// far; halved edges reduce it to a quarter or less where more control points are what is missing.
 constexpr double least_gain = 0.8;
 /// Of the diagonal: balls around places that miss, in which a remeshed cage gets shorter edges.
-constexpr double ball_radius_rel = 0.04;
+constexpr double ball_radius_rel = 0.02;
+/// Halvings of a remeshed cage's edges around one place. What an eighth of the first length does
+/// not mend is not for want of control points.
+constexpr int most_halvings = 3;
 /// Places count that have used up so much of the tolerance: their neighbourhood may miss.
 constexpr double nearly_missed = 0.8;
 
@@ -96,45 +99,36 @@ bool gained(const std::vector<Attempt>& attempts) {
     return worst_excess(last) < least_gain * before;
 }
 
-/// Where an attempt misses or nearly does; no two within half a ball.
-std::vector<geom::Vec3> places_that_miss(const Attempt& attempt, const ConvertOptions& options,
-                                         double diagonal) {
-    std::vector<geom::Vec3> places;
-    const auto add = [&](const geom::Vec3& place) {
-        const auto near = [&](const geom::Vec3& other) {
-            return (other - place).norm() < 0.5 * ball_radius_rel * diagonal;
-        };
-        if (std::none_of(places.begin(), places.end(), near)) places.push_back(place);
-    };
-    for (const auto* way : {&attempt.deviation.output_to_input, &attempt.deviation.input_to_output})
-        for (const measure::DeviationPlace& place : way->worst)
-            if (place.distance > nearly_missed * options.tolerance_mm) add(place.point);
-    for (const measure::Condition& condition : attempt.verdict.conditions)
-        if (!condition.met && condition.at) add(*condition.at);
-    return places;
-}
-
-/// Whether an attempt misses outside the balls in which its cage has been made finer.
-bool misses_elsewhere(const Attempt& attempt, const ConvertOptions& options, double diagonal) {
-    const auto places = places_that_miss(attempt, options, diagonal);
-    return std::any_of(places.begin(), places.end(), [&](const geom::Vec3& place) {
-        for (const cage::FinerRegion& region : attempt.plan.cage.finer_at)
-            for (const cage::FinerRegion::Ball& ball : region.balls)
-                if ((place - ball.centre).norm() < ball.radius_mm) return false;
-        return true;
-    });
-}
-
-/// A remeshed cage with shorter edges around the places that miss; nothing when there are none.
+/// A remeshed cage with shorter edges around the places that miss; nothing where edges have been
+/// halved there as often as they may be.
 std::optional<AttemptPlan> finer_remeshed(const Attempt& last, const ConvertOptions& options,
                                           double diagonal) {
     AttemptPlan plan{.cage = last.plan.cage};
     plan.cage.method = cage::Method::Remesh;
-    const auto places = places_that_miss(last, options, diagonal);
-    if (places.empty()) return std::nullopt;
-    cage::FinerRegion& region = plan.cage.finer_at.emplace_back();
-    for (const geom::Vec3& place : places)
+    cage::FinerRegion region;
+    const auto add = [&](const geom::Vec3& place) {
+        const auto within = [&](double radius) {
+            return [&place, radius](const cage::FinerRegion::Ball& ball) {
+                return (ball.centre - place).norm() < radius;
+            };
+        };
+        const auto halved = [&](const cage::FinerRegion& earlier) {
+            return std::ranges::any_of(earlier.balls, within(ball_radius_rel * diagonal));
+        };
+        if (std::ranges::any_of(region.balls, within(0.5 * ball_radius_rel * diagonal)) ||
+            std::ranges::count_if(last.plan.cage.finer_at, halved) >= most_halvings)
+            return;
         region.balls.push_back({place, ball_radius_rel * diagonal});
+    };
+    for (const measure::Condition& condition : last.verdict.conditions)
+        if (!condition.met && condition.at) add(*condition.at);
+    if (region.balls.empty()) return std::nullopt;
+    for (const measure::Fold& fold : last.folds.by_face) add(fold.point);
+    for (const geom::Vec3& place : last.misses) add(place);
+    for (const auto* way : {&last.deviation.output_to_input, &last.deviation.input_to_output})
+        for (const measure::DeviationPlace& place : way->worst)
+            if (place.distance > nearly_missed * options.tolerance_mm) add(place.point);
+    plan.cage.finer_at.push_back(std::move(region));
     return plan;
 }
 
@@ -223,10 +217,7 @@ std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
             }
             if (may_remesh) return remeshed;
             return !last.finer_refused && gained(attempts) ? std::optional(finer) : std::nullopt;
-        case CageKind::Remeshed:
-            return gained(attempts) || misses_elsewhere(best, options, diagonal)
-                       ? finer_remeshed(best, options, diagonal)
-                       : std::nullopt;
+        case CageKind::Remeshed: return finer_remeshed(best, options, diagonal);
     }
     return std::nullopt;
 }
@@ -253,8 +244,7 @@ measure::Verdict assess(const Attempt& attempt, const Source& source, double tol
     if (source.figures.closed) figures.bodies_of_input = source.bodies;
     if (source.is_body && source.figures.volume <= measure::film_volume(source.figures.area))
         figures.volume_mm3.reset();
-    const auto& fold = attempt.folds.worst;
-    figures.fold_rad = fold ? measure::Worst{fold->angle_rad, fold->point} : measure::Worst{};
+    add_folds(figures, attempt.folds);
     return measure::assess(figures);
 }
 

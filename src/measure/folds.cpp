@@ -204,7 +204,9 @@ FoldFigures find_folds(const std::vector<geom::BsplineSurface>& surfaces,
             all.samples += found[k].samples;
             all.folded += found[k].folded;
             const auto& worst = found[k].worst;
-            if (worst && (!all.worst || worst->angle_rad > all.worst->angle_rad)) all.worst = worst;
+            if (!worst) continue;
+            if (!all.worst || worst->angle_rad > all.worst->angle_rad) all.worst = worst;
+            all.by_face.push_back(*worst);
         }
     }
     return all;

@@ -107,14 +107,12 @@ TEST_CASE("memory used up after the first attempt delivers that one", "[convert]
     const Folder folder;
     const convert::ConvertOptions options{.tolerance_mm = 1e-7 * wing().input.diagonal,
                                           .max_levels = 0};
-    bool checked = false;
     bool was_under_way = false;
     const base::Budget later(std::nullopt, [&](std::string_view stage, double) {
-        if (checked && stage.ends_with("fit")) {  // "attempt 2, fit"
+        if (stage == "attempt 2, fit") {
             was_under_way = base::MayRunOutOfMemory::is_under_way();
             throw std::bad_alloc();
         }
-        checked = checked || stage == "deviation";
         return true;
     });
     const convert::Conversion done = convert::convert(wing(), folder / "a.step", options, later);
@@ -124,6 +122,7 @@ TEST_CASE("memory used up after the first attempt delivers that one", "[convert]
     CHECK_FALSE(base::MayRunOutOfMemory::is_under_way());
     REQUIRE(done.kept == 0u);
     REQUIRE(done.attempts.size() == 1);
+    CHECK(done.attempts[0].measured);
     CHECK(folder.size() == 1);
     CHECK(convert::read_source(folder / "a.step").figures.closed);
 
@@ -146,6 +145,46 @@ TEST_CASE("memory used up after the first attempt delivers that one", "[convert]
         throw std::bad_alloc();
     });
     CHECK_THROWS_AS(convert::convert(wing(), folder / "b.step", options, at_once), std::bad_alloc);
+    CHECK(folder.size() == 1);
+}
+
+TEST_CASE("of attempts whose fits miss only the best one is measured and written", "[convert]") {
+    const Folder folder;
+    const convert::ConvertOptions options{.tolerance_mm = 1e-7 * wing().input.diagonal,
+                                          .method = cage::Method::Aligned,
+                                          .max_levels = 0};
+    const convert::Conversion done = convert::convert(wing(), folder / "a.step", options);
+    REQUIRE(done.attempts.size() > 1);
+    for (std::size_t i = 0; i < done.attempts.size(); ++i) {
+        const convert::Attempt& attempt = done.attempts[i];
+        CHECK(attempt.measured == (i == done.kept));
+        CHECK((attempt.output != nullptr) == (i == done.kept));
+        CHECK_FALSE(attempt.verdict.met());
+        CHECK_FALSE(attempt.misses.empty());
+    }
+    CHECK(done.attempts[*done.kept].patches.count > 0);
+    CHECK(folder.size() == 1);
+}
+
+TEST_CASE("memory used up while the best attempt is measured delivers another one", "[convert]") {
+    const Folder folder;
+    const convert::ConvertOptions options{.tolerance_mm = 1e-7 * wing().input.diagonal,
+                                          .method = cage::Method::Aligned,
+                                          .max_levels = 0};
+    bool used_up = false;
+    const base::Budget once(std::nullopt, [&](std::string_view stage, double) {
+        if (!used_up && stage.ends_with("deviation")) {
+            used_up = true;
+            throw std::bad_alloc();
+        }
+        return true;
+    });
+    const convert::Conversion done = convert::convert(wing(), folder / "a.step", options, once);
+    CHECK(used_up);
+    REQUIRE(done.kept);
+    CHECK(done.attempts[*done.kept].measured);
+    REQUIRE_FALSE(done.notices.empty());
+    CHECK(done.notices.back().ends_with("ran out of memory and was given up"));
     CHECK(folder.size() == 1);
 }
 

@@ -33,6 +33,7 @@ Attempt attempt(const AttemptPlan& plan, CageKind kind, double tolerances) {
     a.shape.solid = {.solids = 1, .faces = 6, .closed = true, .valid = true, .volume = 1.0};
     a.shape.bodies = 1;
     a.deviation.output_to_input.max = tolerances * tolerance;
+    a.deviation.output_to_input.at = geom::Vec3(1, 2, 3);
     a.deviation.output_to_input.worst = {{geom::Vec3(1, 2, 3), 0, tolerances * tolerance}};
     a.deviation.long_sharp.emplace();
     a.verdict = convert::assess(a, solid(), tolerance);
@@ -286,22 +287,36 @@ TEST_CASE("blocks of a field that fold get finer once, then others take their pl
     CHECK_FALSE(convert::choose_next({far}, blocks_only, diagonal).has_value());
 }
 
-TEST_CASE("remeshed cages get shorter edges where they miss, while that helps", "[convert]") {
+TEST_CASE("remeshed cages get shorter edges where they miss, three times a place", "[convert]") {
     const AttemptPlan remesh = *convert::choose_next({}, made(), diagonal);
     CHECK(remesh.preserve_parametrisation);
     std::vector<Attempt> attempts{attempt(remesh, CageKind::Remeshed, 5.0)};
-    attempts.push_back(next_of(attempts, CageKind::Remeshed, 2.0));
-    REQUIRE(attempts.back().plan.cage.finer_at.size() == 1);
-    CHECK(attempts.back().plan.cage.finer_at.front().balls.at(0).centre == geom::Vec3(1, 2, 3));
-    CHECK_FALSE(attempts.back().plan.same_cage(attempts.front().plan));
-    attempts.push_back(next_of(attempts, CageKind::Remeshed, 1.9));
+    for (std::size_t halvings = 1; halvings <= 3; ++halvings) {
+        attempts.push_back(next_of(attempts, CageKind::Remeshed, 2.0));
+        const auto& finer_at = attempts.back().plan.cage.finer_at;
+        REQUIRE(finer_at.size() == halvings);
+        CHECK(finer_at.back().balls.at(0).centre == geom::Vec3(1, 2, 3));
+        CHECK_FALSE(attempts.back().plan.same_cage(attempts[halvings - 1].plan));
+    }
     CHECK_FALSE(convert::choose_next(attempts, made(), diagonal).has_value());
-    // Elsewhere it may help.
+    // Elsewhere edges are as long as they were.
     for (measure::Condition& condition : attempts.back().verdict.conditions)
         if (!condition.met) condition.at = geom::Vec3(-50, 0, 0);
     const auto elsewhere = convert::choose_next(attempts, made(), diagonal);
     REQUIRE(elsewhere.has_value());
-    CHECK(elsewhere->cage.finer_at.size() == 3);
+    CHECK(elsewhere->cage.finer_at.size() == 4);
+    // All faces that the fit misses get shorter edges at once.
+    Attempt many = attempt(remesh, CageKind::Remeshed, 2.0);
+    many.misses = {{1, 2, 3}, {200, 0, 0}, {-300, 0, 0}, {205, 0, 0}};
+    const auto at_once = convert::choose_next({many}, made(), diagonal);
+    REQUIRE(at_once.has_value());
+    CHECK(at_once->cage.finer_at.front().balls.size() == 3);
+    // So do those that fold.
+    many.folds.worst = measure::Fold{{0, 400, 0}, 0, 2.0};
+    many.folds.by_face = {{{0, 0, 300}, 4, 1.0}, {{0, 400, 0}, 7, 2.0}};
+    const auto with_folds = convert::choose_next({many}, made(), diagonal);
+    REQUIRE(with_folds.has_value());
+    CHECK(with_folds->cage.finer_at.front().balls.size() == 5);
 }
 
 TEST_CASE("the best attempt is the first of equal ones", "[convert]") {

@@ -81,6 +81,18 @@ TEST_CASE("splitting strips where the cage is too coarse takes fewer vertices", 
     }
 }
 
+TEST_CASE("faces that miss are told, the farthest ones first", "[fit]") {
+    fit::FitOptions options{.tolerance_mm = 1e-3, .max_levels = 0};
+    const auto missed = fit::fit(sheet(), Ridge(), options);
+    REQUIRE_FALSE(missed.within_tolerance);
+    REQUIRE(missed.misses.size() > 1);
+    // All at the step; the sheet's faces are 0.38 long.
+    for (const Vec3& place : missed.misses) CHECK(std::abs(place.x() - 0.3) < 3 * 0.38);
+    CHECK(std::abs(missed.misses.front().x() - 0.3) < 0.38);
+    options.max_levels = 12;
+    CHECK(fit::fit(sheet(), Ridge(), options).misses.empty());
+}
+
 TEST_CASE("lines stay even where only tangential regularisation holds them", "[fit][oracle]") {
     // On a step so steep lines move tangentially without a gain in distance.
     const auto fitted = [](bool preserve_parametrisation) {
@@ -140,6 +152,24 @@ TEST_CASE("faces that gain nothing from being split are no longer split", "[fit]
         history = next->history;
     }
     CHECK(rounds == 5);
+}
+
+TEST_CASE("all faces are split where the share asked for is to be, else the fit ends", "[fit]") {
+    const mesh::Cage cage = sheet();
+    fit::LevelError error;
+    error.faces.resize(std::size_t(cage.topology->face_count()));
+    for (const std::size_t f : {3, 7}) error.faces[f] = {{.max = 1.0, .change_u = 1.0}};
+    REQUIRE(error.faces.size() == 20);
+    const auto refined = [&](double share, fit::RefinementScope scope) {
+        return fit::refine_where_needed(
+            cage, error, {}, {.tolerance_mm = 0.1, .min_share_to_split_all = share}, scope);
+    };
+    const auto all = refined(0.1, fit::RefinementScope::Global);
+    REQUIRE(all);
+    CHECK(all->cage.topology->face_count() == 4 * 20);
+    CHECK_FALSE(refined(0.11, fit::RefinementScope::Global));
+    // Strips are not asked for.
+    CHECK(refined(0.11, fit::RefinementScope::Local));
 }
 
 TEST_CASE("folds that finer faces do not open end the fit", "[fit][oracle]") {

@@ -44,6 +44,13 @@ TEST_CASE("a sphere does not fold against itself", "[measure][oracle]") {
     CHECK(find_folds(inward, sphere, {.tolerance_mm = 0.1}).folded == f.samples);
     CHECK(find_folds(inward, sphere, {.tolerance_mm = 0.1, .may_face_away = true}).folded == 0);
     CHECK_THROWS_AS(find_folds(patches, sphere, {}), base::InvalidArgument);
+
+    CHECK(f.by_face.empty());
+    const measure::FoldFigures some = find_folds({inward.front(), patches.front(), inward.front()},
+                                                 sphere, {.tolerance_mm = 0.1});
+    REQUIRE(some.by_face.size() == 2);
+    CHECK(some.by_face[0].face == 0);
+    CHECK(some.by_face[1].face == 2);
 }
 
 TEST_CASE("a folded sheet is found where it folds", "[measure][oracle]") {

@@ -73,13 +73,16 @@ struct Attempt {
     bool finer_refused = false;          ///< there is no finer cage of its kind
     bool faces_refused = false;          ///< there are no blocks along faces
     report::FitFigures fit;
+    std::vector<geom::Vec3> misses;  ///< of the fit, see fit::FitResult
     report::PatchFigures patches;
     ShapeFigures shape;
     report::DeviationFigures deviation;
     measure::FoldFigures folds;
     measure::Verdict verdict;
-    /// The file beside its final name, read back and measured; none: could not win, and its figures
-    /// are those of the model in memory.
+    /// Patches, shape, deviation and folds are known; else they are empty, and the verdict is on
+    /// the fit's own samples.
+    bool measured = false;
+    /// The file beside its final name, read back and measured; dropped when another one is better.
     std::shared_ptr<base::PendingFile> file;
     std::shared_ptr<const occ::CadReference> output;  ///< what was measured; dropped with the file
 

@@ -104,5 +104,8 @@ void add_normals(measure::VerdictFigures& figures, const measure::RelativeFairne
 /// Raises distances to what a fit's samples and its creases have seen.
 void add_fit(measure::VerdictFigures& figures, const report::FitFigures& fit);
 
+/// What was looked for and found.
+void add_folds(measure::VerdictFigures& figures, const measure::FoldFigures& folds);
+
 }  // namespace patchwright::convert
 #pragma GCC visibility pop

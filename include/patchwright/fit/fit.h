@@ -35,6 +35,9 @@ struct FitOptions {
     /// No refinement beyond this many control points. Raise it for large models, lower it for
     /// memory and time.
     int max_vertices = 200000;
+    /// All faces are split only where at least this share of them is to be split: where fewer are,
+    /// the fit ends. Raise it where a cage with smaller faces in these places can be made instead.
+    double min_share_to_split_all = 0.0;
     /// The fit ends after this many levels in a row that came no nearer than the best one. Lower it
     /// where another cage can be tried instead.
     int max_idle_levels = 12;
@@ -128,6 +131,9 @@ struct FitResult {
     /// The progress callback threw base::TimeLimitReached: the best level so far was taken. The
     /// first level counts as far as it came.
     bool stopped_by_time_limit = false;
+    /// Of the best level: middles of the control polygons of faces that are beyond the tolerance or
+    /// folded, the farthest ones first.
+    std::vector<geom::Vec3> misses;
     std::vector<FitLevel> levels;
 };
 

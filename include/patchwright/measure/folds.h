@@ -33,6 +33,7 @@ struct FoldFigures {
     int samples = 0;            ///< with a normal
     int folded = 0;             ///< of these
     std::optional<Fold> worst;  ///< with the largest angle, the first of equal ones
+    std::vector<Fold> by_face;  ///< the worst one of each face that has any, in order
 };
 
 /// Looks at 4 x 4 samples in every knot span. A sample is folded when no point of the input within

@@ -30,6 +30,7 @@ void check(const FitOptions& o) {
     require(o.tolerance_mm > 0.0, "the tolerance must be positive");
     require(o.max_levels >= 0, "max_levels must not be negative");
     require(o.max_idle_levels >= 1, "max_idle_levels must be positive");
+    require(o.min_share_to_split_all >= 0.0, "min_share_to_split_all must not be negative");
     require(o.solver.max_projections >= 0, "max_projections must not be negative");
     require(o.reverse_samples >= 0, "reverse_samples must not be negative");
     require(o.solver.samples_per_edge >= 2, "samples_per_edge must be at least 2");
@@ -75,6 +76,23 @@ std::vector<geom::Vec3> reverse_points(const geom::ReferenceSurface& reference, 
     for (const geom::SurfaceSample& sample : reference.sample(count))
         points.push_back(sample.point);
     return points;
+}
+
+std::vector<geom::Vec3> misses(const mesh::Cage& cage, const std::vector<FaceError>& errors,
+                               double tolerance) {
+    std::vector<std::pair<double, geom::Vec3>> found;
+    for (const mesh::FaceId f : cage.topology->faces()) {
+        const FaceError& error = errors[f.index()];
+        if (error.largest() <= tolerance && error.folded == 0) continue;
+        geom::Vec3 middle = geom::Vec3::Zero();
+        for (const auto c : cage.topology->corners(f))
+            middle += cage.points.row(cage.topology->vertex(c).value).transpose();
+        found.emplace_back(error.largest(), middle / cage.topology->size(f));
+    }
+    std::ranges::stable_sort(found, std::greater(), [](const auto& one) { return one.first; });
+    std::vector<geom::Vec3> places;
+    for (const auto& [distance, middle] : found) places.push_back(middle);
+    return places;
 }
 
 // No foot point is farther than this times the largest distance of the level before.
@@ -174,6 +192,7 @@ class LevelLoop {
             least_folded_ = figures.folded;
             result_.cage = now_.cage;
             result_.symmetry_axis = now_.symmetry_axis;
+            result_.misses = misses(now_.cage, now_.error.faces, options_.tolerance_mm);
             result_.best_level = static_cast<int>(result_.levels.size());
         }
         result_.levels.push_back(figures);

@@ -271,16 +271,16 @@ std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const Level
     const Topology& t = *cage.topology;
     history.resize(error.faces.size());
     std::vector<int> cuts(error.faces.size(), 0);
-    bool any = false;
+    int wanting = 0;
     for (std::size_t f = 0; f < cuts.size(); ++f) {
         const double now = error.faces[f].largest();
         if (now <= max_remaining_error * history[f].parent) history[f].cuts = 0;
         if (now <= options.tolerance_mm && error.faces[f].folded == 0) continue;
         if (history[f].cuts >= max_useless_splits) continue;
         cuts[f] = wanted_cuts(error.faces[f], options.tolerance_mm);
-        any = true;
+        ++wanting;
     }
-    if (!any) return std::nullopt;
+    if (wanting == 0) return std::nullopt;
     if (refinement == RefinementScope::Local && t.all_quads()) {
         const mesh::Chords chords = mesh::find_chords(t);
         std::vector<char> chosen(std::size_t(chords.count), 0);
@@ -307,7 +307,9 @@ std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const Level
             return next;
         }
     }
-    if (4 * t.vertex_count() > options.max_vertices) return std::nullopt;
+    if (wanting < options.min_share_to_split_all * double(cuts.size()) ||
+        4 * t.vertex_count() > options.max_vertices)
+        return std::nullopt;
     return refine_everywhere(cage, error, history);
 }
 

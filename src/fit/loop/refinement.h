@@ -24,8 +24,8 @@ struct NextLevel {
 
 /// Splits the chords that cross faces beyond the tolerance in the direction in which their distance
 /// changes; or all faces, where most would be split, where faces are not quads, or on request.
-/// @return nothing when no face that may gain is beyond the tolerance, or the cage would grow
-///         beyond options.max_vertices
+/// @return nothing when no face that may gain is beyond the tolerance, when all would be split for
+///         the sake of too few, or the cage would grow beyond options.max_vertices
 std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const LevelError& error,
                                              std::vector<FaceHistory> history,
                                              const FitOptions& options, RefinementScope refinement);
