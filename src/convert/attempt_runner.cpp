@@ -21,8 +21,11 @@ namespace {
 /// Of the tolerance, for caps at extraordinary vertices and for what lies between the fit's
 /// samples; the rest is for the fit.
 constexpr double caps_share = 0.05;
-/// Levels of a made cage that may gain nothing: another cage may serve better.
+/// Levels of recognised cages that may gain nothing: another cage may serve better.
 constexpr int idle_levels = 2;
+/// Of the distance that a level of blocks or a remeshed cage may leave: splits of smooth regions
+/// leave a quarter and less.
+constexpr double most_left = 0.6;
 
 /// How far a fit grows: a made cage that is too coarse by more is better made anew.
 struct Growth {
@@ -119,7 +122,11 @@ void AttemptRunner::fit(Attempt& attempt) {
         .crease_rule = options_.crease_rule,
         .interpolate = options_.interpolate,
         .progress = told(budget_.limited())};
-    if (attempt.kind != CageKind::Given) fitting.max_idle_levels = idle_levels;
+    if (attempt.kind == CageKind::Sections) fitting.max_idle_levels = idle_levels;
+    if (attempt.kind > CageKind::Sections) {
+        fitting.max_idle_levels = 1;
+        fitting.idle_share = most_left;
+    }
     if (attempt.kind == CageKind::Remeshed && options_.refinement == fit::RefinementScope::Local)
         fitting.min_share_to_split_all = few_faces;
     fit::FitResult found = fitted(attempt, fitting);

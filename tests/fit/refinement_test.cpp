@@ -172,6 +172,20 @@ TEST_CASE("all faces are split where the share asked for is to be, else the fit 
     CHECK(refined(0.11, fit::RefinementScope::Local));
 }
 
+TEST_CASE("levels that leave too much of the distance end the fit", "[fit]") {
+    fit::FitOptions options{.tolerance_mm = 1e-3,
+                            .refinement = fit::RefinementScope::Global,
+                            .max_idle_levels = 1};
+    const auto met = fit::fit(sheet(), Ridge(), options);
+    REQUIRE(met.within_tolerance);
+    REQUIRE(met.levels.size() > 2);
+    const double left = met.levels[1].largest() / met.levels[0].largest();
+    options.idle_share = 0.9 * left;
+    CHECK(fit::fit(sheet(), Ridge(), options).levels.size() == 2);
+    options.idle_share = std::min(1.0, 1.1 * left);
+    CHECK(fit::fit(sheet(), Ridge(), options).levels.size() > 2);
+}
+
 TEST_CASE("folds that finer faces do not open end the fit", "[fit][oracle]") {
     const auto result = fit::fit(sheet(), Wrinkled(), {.tolerance_mm = 1e-3});
     CHECK(result.within_tolerance);

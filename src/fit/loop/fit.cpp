@@ -30,6 +30,7 @@ void check(const FitOptions& o) {
     require(o.tolerance_mm > 0.0, "the tolerance must be positive");
     require(o.max_levels >= 0, "max_levels must not be negative");
     require(o.max_idle_levels >= 1, "max_idle_levels must be positive");
+    require(o.idle_share > 0.0 && o.idle_share <= 1.0, "idle_share must be above 0, at most 1");
     require(o.min_share_to_split_all >= 0.0, "min_share_to_split_all must not be negative");
     require(o.solver.max_projections >= 0, "max_projections must not be negative");
     require(o.reverse_samples >= 0, "reverse_samples must not be negative");
@@ -186,8 +187,9 @@ class LevelLoop {
                  figures.rms_mm > kept_->figures.rms_mm;
         retry_ = worse_ && figures.local;
         const double beyond = std::max(figures.largest(), options_.tolerance_mm);
-        if (result_.levels.empty() || beyond < least_ ||
-            (beyond == least_ && figures.folded < least_folded_)) {
+        const bool opened = beyond == least_ && figures.folded < least_folded_;
+        idle_levels_ = opened || beyond < options_.idle_share * least_ ? 0 : idle_levels_ + 1;
+        if (result_.levels.empty() || beyond < least_ || opened) {
             least_ = beyond;
             least_folded_ = figures.folded;
             result_.cage = now_.cage;
@@ -203,7 +205,7 @@ class LevelLoop {
     [[nodiscard]] bool may_go_on() const {
         const auto levels = static_cast<int>(result_.levels.size());
         return (!result_.within_tolerance || least_folded_ > 0) && levels <= options_.max_levels &&
-               levels <= result_.best_level + options_.max_idle_levels &&
+               (retry_ || idle_levels_ < options_.max_idle_levels) &&
                !is_stuck(result_.levels, options_.tolerance_mm);
     }
 
@@ -240,6 +242,7 @@ class LevelLoop {
     bool worse_ = false, retry_ = false, last_resort_ = false;
     double least_ = std::numeric_limits<double>::infinity();  // at least the tolerance
     int least_folded_ = 0;
+    int idle_levels_ = 0;
     FitResult result_;
 };
 
