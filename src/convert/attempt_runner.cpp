@@ -93,6 +93,7 @@ void AttemptRunner::make_cage(Attempt& attempt, const std::vector<Attempt>& atte
         attempt.kind = attempts.back().kind;
         attempt.cage = attempts.back().cage;
         attempt.layout = attempts.back().layout;
+        attempt.finer_refused = attempts.back().finer_refused;
         attempt.faces_refused = attempts.back().faces_refused;
         return;
     }

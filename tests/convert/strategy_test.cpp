@@ -257,25 +257,26 @@ TEST_CASE("blocks of a field that fold get finer once, then others take their pl
         folded(attempt(*convert::choose_next({}, made(), diagonal), CageKind::Field, 0.9))};
     CHECK(attempts.back().plan.cage.blocks == cage::BlockWay::Fewest);
     attempts.push_back(folded(next_of(attempts, CageKind::Field, 0.9)));
-    CHECK(attempts.back().plan.same_cage(attempts.front().plan));
-    CHECK(attempts.back().plan.fit_share == 0.5);
-    // Finer ones that are refused are no remeshed cage.
-    CHECK(convert::choose_next(attempts, made(), diagonal)->cage.method == cage::Method::Aligned);
-    attempts.push_back(folded(next_of(attempts, CageKind::Field, 0.9)));
     CHECK(attempts.back().plan.cage.fineness == 2.0);
+    CHECK(attempts.back().plan.fit_share == 1.0);
     CHECK(attempts.back().plan.cage.blocks == cage::BlockWay::Field);
-    attempts.push_back(folded(next_of(attempts, CageKind::Field, 0.9)));
-    CHECK(attempts.back().plan.same_cage(attempts[2].plan));
+    // Finer ones that are refused are no remeshed cage.
+    CHECK(attempts.back().plan.cage.method == cage::Method::Aligned);
     const auto others = convert::choose_next(attempts, made(), diagonal);
     REQUIRE(others.has_value());
     CHECK(others->cage.blocks == cage::BlockWay::Faces);
     CHECK_FALSE(others->same_cage(attempts.front().plan));
     CHECK(others->cage.fineness == 1.0);
     CHECK(others->cage.method == cage::Method::Auto);
-    // What is too far off, or has no finer ones, is given up at once.
-    attempts.resize(2);
+    // Where there are no finer ones, the same are fitted nearer, once.
+    attempts.resize(1);
+    attempts.back().finer_refused = true;
+    attempts.push_back(folded(next_of(attempts, CageKind::Field, 0.9)));
+    CHECK(attempts.back().plan.same_cage(attempts.front().plan));
+    CHECK(attempts.back().plan.fit_share == 0.5);
     attempts.back().finer_refused = true;
     CHECK(convert::choose_next(attempts, made(), diagonal)->cage.blocks == cage::BlockWay::Faces);
+    // What is too far off is given up at once.
     Attempt far = attempt(attempts.back().plan, CageKind::Field, 1.5);
     CHECK(convert::choose_next({far}, made(), diagonal)->cage.blocks == cage::BlockWay::Faces);
     // Blocks that are known not to be there are not looked for again; recognised bodies stay.

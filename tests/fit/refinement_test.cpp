@@ -173,9 +173,8 @@ TEST_CASE("all faces are split where the share asked for is to be, else the fit 
 }
 
 TEST_CASE("levels that leave too much of the distance end the fit", "[fit]") {
-    fit::FitOptions options{.tolerance_mm = 1e-3,
-                            .refinement = fit::RefinementScope::Global,
-                            .max_idle_levels = 1};
+    fit::FitOptions options{
+        .tolerance_mm = 1e-3, .refinement = fit::RefinementScope::Global, .max_idle_levels = 1};
     const auto met = fit::fit(sheet(), Ridge(), options);
     REQUIRE(met.within_tolerance);
     REQUIRE(met.levels.size() > 2);

@@ -38,8 +38,8 @@ struct FitOptions {
     /// All faces are split only where at least this share of them is to be split: where fewer are,
     /// the fit ends. Raise it where a cage with smaller faces in these places can be made instead.
     double min_share_to_split_all = 0.0;
-    /// The fit ends after this many levels in a row that left more than `idle_share` of the distance
-    /// of the best one before. Lower both where another cage can be tried instead.
+    /// The fit ends after this many levels in a row that left more than `idle_share` of the
+    /// distance of the best one before. Lower both where another cage can be tried instead.
     int max_idle_levels = 12;
     double idle_share = 1.0;  ///< above 0, at most 1
     /// The parametrisation of the given cage is preserved by tangential regularisation, most of
