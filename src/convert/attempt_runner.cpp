@@ -21,19 +21,16 @@ namespace {
 /// Of the tolerance, for caps at extraordinary vertices and for what lies between the fit's
 /// samples; the rest is for the fit.
 constexpr double caps_share = 0.05;
-/// Levels of recognised cages that may gain nothing: another cage may serve better.
-constexpr int idle_levels = 2;
-/// Of the distance that a level of blocks or a remeshed cage may leave: splits of smooth regions
-/// leave a quarter and less.
-constexpr double most_left = 0.6;
-
 /// How far a fit grows: a made cage that is too coarse by more is better made anew.
 struct Growth {
     int levels, vertices;
+    int idle_levels;    ///< that may leave more than the share of the distance before
+    double idle_share;  ///< of that distance
 };
 
-/// Cages that were given, or recognised as wings and the like: as far as memory allows.
-constexpr Growth unlimited_growth{12, 200000};
+/// Levels and vertices of cages that were given, or recognised as wings and the like: as far as
+/// memory allows. Where a level of recognised ones gains nothing, another cage may serve better.
+constexpr Growth given_growth{12, 200000, 12, 1.0}, recognised_growth{12, 200000, 2, 1.0};
 /// More vertices than this are not a few clean patches any more.
 constexpr int most_vertices = 40000;
 /// Blocks are coarse and refined in single strips: some vertices to begin with, and so many a face.
@@ -41,6 +38,9 @@ constexpr int first_vertices = 2000, vertices_a_face = 12;
 /// Levels of blocks and of remeshed cages, whose faces have the size that the shape asks for: two
 /// are 16 times as many. Blocks that meet do so within them (48 random parts, wing and fuselage).
 constexpr int made_levels = 2;
+/// Of the distance that one of these levels may leave: splits of smooth regions leave a quarter and
+/// less.
+constexpr double most_left = 0.6;
 
 /// Of a remeshed cage's faces: where fewer are to be split, another cage with shorter edges around
 /// them has fewer faces than all of them split, which are four times as many.
@@ -48,14 +48,15 @@ constexpr double few_faces = 0.1;
 
 Growth growth_of(CageKind kind, int faces) {
     switch (kind) {
-        case CageKind::Given:
-        case CageKind::Sections: return unlimited_growth;
+        case CageKind::Given: return given_growth;
+        case CageKind::Sections: return recognised_growth;
         case CageKind::Field:
         case CageKind::Blocks:
-            return {made_levels, std::min(most_vertices, first_vertices + vertices_a_face * faces)};
-        case CageKind::Remeshed: return {made_levels, most_vertices};
+            return {made_levels, std::min(most_vertices, first_vertices + vertices_a_face * faces),
+                    1, most_left};
+        case CageKind::Remeshed: return {made_levels, most_vertices, 1, most_left};
     }
-    return unlimited_growth;
+    return given_growth;
 }
 
 std::optional<double> off_catmull_clark(const mesh::Cage& cage) {
@@ -118,16 +119,13 @@ void AttemptRunner::fit(Attempt& attempt) {
             attempt.kind == CageKind::Remeshed ? fit::RefinementScope::Global : options_.refinement,
         .max_levels = options_.max_levels.value_or(growth.levels),
         .max_vertices = growth.vertices,
+        .max_idle_levels = growth.idle_levels,
+        .idle_share = growth.idle_share,
         .preserve_parametrisation = attempt.plan.preserve_parametrisation,
         .symmetry = options_.symmetry,
         .crease_rule = options_.crease_rule,
         .interpolate = options_.interpolate,
         .progress = told(budget_.limited())};
-    if (attempt.kind == CageKind::Sections) fitting.max_idle_levels = idle_levels;
-    if (attempt.kind > CageKind::Sections) {
-        fitting.max_idle_levels = 1;
-        fitting.idle_share = most_left;
-    }
     if (attempt.kind == CageKind::Remeshed && options_.refinement == fit::RefinementScope::Local)
         fitting.min_share_to_split_all = few_faces;
     fit::FitResult found = fitted(attempt, fitting);

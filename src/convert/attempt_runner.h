@@ -42,8 +42,8 @@ class AttemptRunner {
     void fit(Attempt& attempt);
     /// Patches, the file, figures and the verdict.
     void measure(Attempt& attempt);
-    /// All of it; nothing is measured where the fit misses or its patches fold. @throw
-    /// TimeLimitReached, InputError
+    /// All of it; nothing is measured where the fit misses or its patches fold.
+    /// @throw TimeLimitReached, InputError
     Attempt carry_out(const AttemptPlan& plan, const std::vector<Attempt>& attempts);
     /// The bounds of the best attempt's deviation, unless memory is used up.
     void find_bounds(Attempt& best);

@@ -22,18 +22,9 @@ constexpr double beside_tolerances = 3.0;
 
 double size_of(const AttemptRunner& run) { return run.source().surface().size(); }
 
-std::optional<std::size_t> best_measured(const std::vector<Attempt>& attempts) {
-    std::optional<std::size_t> best;
-    for (std::size_t i = 0; i < attempts.size(); ++i)
-        if (attempts[i].measured &&
-            (!best || measure::better(attempts[i].verdict, attempts[*best].verdict)))
-            best = i;
-    return best;
-}
-
 /// Of all attempts but the best one that is measured.
 void drop_files(std::vector<Attempt>& attempts) {
-    const auto best = best_measured(attempts);
+    const auto best = choose_best(attempts, true);
     for (std::size_t i = 0; i < attempts.size(); ++i)
         if (i != best) attempts[i].drop_file();
 }
@@ -81,7 +72,7 @@ void measure_kept(AttemptRunner& run, Conversion& conversion) {
             conversion.kept = choose_best(attempts);
         }
     }
-    conversion.kept = best_measured(attempts);
+    conversion.kept = choose_best(attempts, true);
     drop_files(attempts);
 }
 
@@ -263,7 +254,7 @@ void convert_bodies(AttemptRunner& run, const base::Budget& budget, base::StageC
             measure_all();
         }
         bodies.finish(run, conversion);
-        conversion.kept = best_measured(conversion.attempts);
+        conversion.kept = choose_best(conversion.attempts, true);
         drop_files(conversion.attempts);
     } catch (const base::TimeLimitReached&) {
         conversion.time_limit_reached = true;

@@ -228,10 +228,12 @@ std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
     return std::nullopt;
 }
 
-std::optional<std::size_t> choose_best(const std::vector<Attempt>& attempts) {
+std::optional<std::size_t> choose_best(const std::vector<Attempt>& attempts, bool only_measured) {
     std::optional<std::size_t> best;
-    for (std::size_t i = 0; i < attempts.size(); ++i)
+    for (std::size_t i = 0; i < attempts.size(); ++i) {
+        if (only_measured && !attempts[i].measured) continue;
         if (!best || measure::better(attempts[i].verdict, attempts[*best].verdict)) best = i;
+    }
     return best;
 }
 

@@ -48,6 +48,13 @@ const convert::Source& wing() {
     return source;
 }
 
+/// The fits of several cages miss this.
+convert::ConvertOptions out_of_reach() {
+    return {.tolerance_mm = 1e-7 * wing().input.diagonal,
+            .method = cage::Method::Aligned,
+            .max_levels = 0};
+}
+
 }  // namespace
 
 TEST_CASE("a wing becomes one met solid, and nothing else is left", "[convert][oracle]") {
@@ -150,10 +157,7 @@ TEST_CASE("memory used up after the first attempt delivers that one", "[convert]
 
 TEST_CASE("of attempts whose fits miss only the best one is measured and written", "[convert]") {
     const Folder folder;
-    const convert::ConvertOptions options{.tolerance_mm = 1e-7 * wing().input.diagonal,
-                                          .method = cage::Method::Aligned,
-                                          .max_levels = 0};
-    const convert::Conversion done = convert::convert(wing(), folder / "a.step", options);
+    const convert::Conversion done = convert::convert(wing(), folder / "a.step", out_of_reach());
     REQUIRE(done.attempts.size() > 1);
     for (std::size_t i = 0; i < done.attempts.size(); ++i) {
         const convert::Attempt& attempt = done.attempts[i];
@@ -168,9 +172,6 @@ TEST_CASE("of attempts whose fits miss only the best one is measured and written
 
 TEST_CASE("memory used up while the best attempt is measured delivers another one", "[convert]") {
     const Folder folder;
-    const convert::ConvertOptions options{.tolerance_mm = 1e-7 * wing().input.diagonal,
-                                          .method = cage::Method::Aligned,
-                                          .max_levels = 0};
     bool used_up = false;
     const base::Budget once(std::nullopt, [&](std::string_view stage, double) {
         if (!used_up && stage.ends_with("deviation")) {
@@ -179,7 +180,8 @@ TEST_CASE("memory used up while the best attempt is measured delivers another on
         }
         return true;
     });
-    const convert::Conversion done = convert::convert(wing(), folder / "a.step", options, once);
+    const convert::Conversion done =
+        convert::convert(wing(), folder / "a.step", out_of_reach(), once);
     CHECK(used_up);
     REQUIRE(done.kept);
     CHECK(done.attempts[*done.kept].measured);

@@ -79,8 +79,8 @@ struct Attempt {
     report::DeviationFigures deviation;
     measure::FoldFigures folds;
     measure::Verdict verdict;
-    /// Patches, shape, deviation and folds are known; else they are empty, and the verdict is on
-    /// the fit's own samples.
+    /// Patches, shape, deviation and folds are known; else they are empty but for folds, which are
+    /// looked for where the fit meets, and the verdict is on these and the fit's own samples.
     bool measured = false;
     /// The file beside its final name, read back and measured; dropped when another one is better.
     std::shared_ptr<base::PendingFile> file;
@@ -97,7 +97,7 @@ struct Conversion {
     std::optional<std::size_t> kept;  ///< the best one; none when the time limit came first
     /// Of a model of several bodies whose cages are made: the attempts on each body by itself, of
     /// which the best together are an attempt on the model; they have no files, and where bodies
-    /// are apart and the first ones together meet, no figures.
+    /// are apart and the first ones together meet, are not measured.
     std::vector<Conversion> bodies;
     bool time_limit_reached = false;
     std::vector<std::pair<std::string, double>> seconds;  ///< stage, in order
@@ -113,8 +113,9 @@ measure::Verdict assess(const Attempt& attempt, const Source& source, double tol
 std::optional<AttemptPlan> choose_next(const std::vector<Attempt>& attempts,
                                        const ConvertOptions& options, double diagonal_mm);
 
-/// The best attempt; the first of equal ones.
-std::optional<std::size_t> choose_best(const std::vector<Attempt>& attempts);
+/// The best attempt, or the best one of those that are measured; the first of equal ones.
+std::optional<std::size_t> choose_best(const std::vector<Attempt>& attempts,
+                                       bool only_measured = false);
 
 /// Makes attempts until one is met, none is left, or the budget or memory is used up, and adds the
 /// best one to `outputs`, as the file `output`. A body is converted as it would be alone: further

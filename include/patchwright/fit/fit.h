@@ -39,7 +39,8 @@ struct FitOptions {
     /// the fit ends. Raise it where a cage with smaller faces in these places can be made instead.
     double min_share_to_split_all = 0.0;
     /// The fit ends after this many levels in a row that left more than `idle_share` of the
-    /// distance of the best one before. Lower both where another cage can be tried instead.
+    /// distance of the best one before, or opened no folds within the tolerance. Lower both where
+    /// another cage can be tried instead.
     int max_idle_levels = 12;
     double idle_share = 1.0;  ///< above 0, at most 1
     /// The parametrisation of the given cage is preserved by tangential regularisation, most of
