@@ -4,6 +4,7 @@ Usage: page_test.py PATCHWRIGHT SAMPLES_DIR PICTURES [unittest arguments]
 PICTURES is a folder for screenshots. Exit code 77: no Chromium, or the reports' program was not bundled.
 """
 import base64
+import math
 import pathlib
 import re
 import struct
@@ -60,6 +61,14 @@ def shares_of_png(png):
     return drawn / (width * height), blue / drawn
 
 
+def numbers(text):
+    return [float(n) for n in re.findall(r"-?[\d.]+(?:e-?\d+)?", text)]
+
+
+def place_of(told):
+    return numbers(told.split("(")[1].split(")")[0])
+
+
 class Pages(CliTest):
     @classmethod
     def setUpClass(cls):
@@ -84,6 +93,21 @@ class Pages(CliTest):
         """Pixels after a click on it, which turns those off that were on and no colours."""
         self.browser.click(f'input[value="{name}"]')
         return self.browser.run(COUNT)
+
+    def told_at(self, right, down):
+        """What is told of the output after a click so many pixels from the middle of its half; empty beside the surface."""
+        x, y = self.browser.run("(() => { const r = document.querySelector('.view canvas').getBoundingClientRect();"
+                                "return [r.x + 0.75 * r.width, r.y + r.height / 2]; })()")
+        self.browser.run("document.querySelector('.readout').textContent = ''")
+        self.browser.click_at(x + right, y + down)
+        return self.browser.run("document.querySelector('.readout').textContent")
+
+    def inches_a_pixel(self):
+        """On the surface, near the middle of the output's half."""
+        step = 30
+        told = {(i, j): self.told_at(step * i, step * j) for i in (-1, 0, 1) for j in (-1, 0, 1)}
+        return min(math.dist(place_of(told[a]), place_of(told[b])) / step for a in told for b in told
+                   if told[a] and told[b] and math.dist(a, b) == 1)
 
     def test_layers(self):
         self.open(self.page)
@@ -110,22 +134,18 @@ class Pages(CliTest):
 
     def test_a_place_is_flown_to_and_a_click_tells_figures(self):
         self.open(self.page)
-        before = self.browser.run(COUNT)
+        before = self.inches_a_pixel()
         text = self.browser.run("document.querySelector('.places button').textContent")
         self.browser.click(".places li:first-child button")
         self.browser.wait_for("document.querySelector('.view').dataset.place === '0'")
-        after = self.browser.run(COUNT)
-        self.assertGreater(after["drawn"], 1.5 * before["drawn"])  # nearer
+        # A seventh of the diagonal wide now, all of it before; the surface turns away from the view.
+        self.assertLess(3.0 * self.inches_a_pixel(), before)
         # The place is in the middle of the output's half; what is told there is what the list says.
         self.browser.click('input[value="places to look at"]')
-        x, y = self.browser.run("(() => { const r = document.querySelector('.view canvas').getBoundingClientRect();"
-                                "return [r.x + 0.75 * r.width, r.y + r.height / 2]; })()")
-        self.browser.click_at(x, y)
-        told = self.browser.run("document.querySelector('.readout').textContent")
+        told = self.told_at(0, 0)
         self.assertIn("output, face", told)
-        numbers = lambda s: [float(n) for n in re.findall(r"-?[\d.]+(?:e-?\d+)?", s)]
-        place, listed = numbers(told.split("(")[1].split(")")[0]), numbers(text.split("(")[1].split(")")[0])
-        for a, b in zip(place, listed):
+        listed = numbers(text.split("(")[1].split(")")[0])
+        for a, b in zip(place_of(told), listed):
             self.assertAlmostEqual(a, b, delta=1.5)  # inches, of 129: a few pixels
         deviation = float(re.search(r"deviation ([\d.e-]+) in", told).group(1))
         self.assertLess(abs(deviation - numbers(text)[0]), 0.6 * numbers(text)[0])

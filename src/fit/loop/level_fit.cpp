@@ -40,8 +40,9 @@ constexpr double fold_miss = 10.0;
 constexpr double max_energy_growth = 2.0;
 // Of moves along with curves, see carried_along(): what is rows away has its own way to go.
 constexpr double fading = 0.1;
-// |A^T r| at which a solve has converged, relative to the start: targets change more per round.
-constexpr double solve_residual = 1e-4;
+// |A^T r| at which a solve ends, relative to its start. Curves are held from then on; foot points
+// of surfaces are found anew after each step, so that less is enough (decision 086).
+constexpr double curve_residual = 1e-4, surface_residual = 1e-3;
 
 double largest_distance(const std::vector<measure::NearLimit>& near) {
     double most = 0.0;
@@ -320,7 +321,7 @@ class LevelFitter {
                             problem.regularisation.changes(points_, regular)),
             Points::Zero(step.columns(), 3),
             {.max_iterations = options_.solver.max_cgls_iterations,
-             .relative_residual = solve_residual,
+             .relative_residual = now.of_curves ? curve_residual : surface_residual,
              .step_tolerance = options_.solver.step_tolerance_rel * options_.tolerance_mm,
              .unknown_sizes = &step.scale(),
              .preconditioner = &preconditioner_,
