@@ -4,6 +4,7 @@
 #include "support/cages.h"
 
 #include <patchwright/fit/fit.h>
+#include <patchwright/subd/limit_mask.h>
 
 #include <catch2/catch.hpp>
 
@@ -62,7 +63,7 @@ class Divided final : public test::Box {
 };
 
 /// A flat square with a sharp edge from the middle of one side to a point inside, where it ends.
-class Cut final : public test::StraightEdged {
+class Cut : public test::StraightEdged {
   public:
     Cut() {
         const std::array<Vec3, 6> at{Vec3(-1, -1, 0), Vec3(1, -1, 0), Vec3(1, 1, 0),
@@ -88,6 +89,21 @@ class Cut final : public test::StraightEdged {
     geom::FootPoint foot_point(const Vec3& q, const std::optional<Vec3>&) const override {
         const Vec3 p(std::clamp(q.x(), -1.0, 1.0), std::clamp(q.y(), -1.0, 1.0), 0.0);
         return {p, Vec3::UnitZ(), (q - p).norm(), 0};
+    }
+};
+
+/// The same, and a smooth edge goes on from there to the other side.
+class CutThatFades final : public Cut {
+  public:
+    CutThatFades() {
+        geom::FeatureCurve rest;
+        rest.kind = geom::FeatureKind::Smooth;
+        rest.greatest_angle_rad = 0.2;
+        rest.start_corner = int(features_.corners.size()) - 1;
+        rest.start = end();
+        rest.end = Vec3(1, 0, 0);
+        rest.length = (rest.end - rest.start).norm();
+        features_.curves.push_back(rest);
     }
 };
 
@@ -170,7 +186,7 @@ fit::FeatureMatch match(const mesh::Cage& cage, const geom::ReferenceSurface& re
     const subd::LimitOperator limit(*cage.topology, fit::side_sets(4), curves.sites);
     geom::Points samples;
     limit.apply(cage.points, samples);
-    return fit::match_features(*cage.topology, cage.points, curves, samples, 4, reference, 0.2);
+    return fit::match_features(cage, curves, samples, 4, reference, 0.2);
 }
 
 double length(const fit::FeaturePath& path) {
@@ -364,4 +380,20 @@ TEST_CASE("a crease that ends within the surface ends where its curve does", "[f
     subd::LimitOperator(*result.cage.topology, fit::corner_sets(), sites)
         .apply(result.cage.points, limit);
     CHECK((limit.row(0).transpose() - Cut::end()).norm() < tolerance);
+}
+
+TEST_CASE("the end of a fitted crease is where its limit point is", "[fit][features]") {
+    mesh::TopologyInput tags;
+    tags.creases = {{2, 7, mesh::infinite_sharpness}, {7, 12, mesh::infinite_sharpness}};
+    mesh::Cage cage = test::grid(4, 4, tags);
+    cage.points = (cage.points.array() - 2.0) * 0.5;
+    cage.points.col(2).setZero();
+    // Long edges of the crease beside shorter ones carry the control point of its end beyond it.
+    cage.points(12, 0) = 0.7;
+    for (const int v : {6, 7, 8, 11, 13, 16, 17, 18}) cage.points(v, 0) -= 0.29;
+    cage.points.rowwise() +=
+        (Cut::end() - subd::limit_position(cage, mesh::VertexId{12})).transpose();
+    const auto found = match(cage, CutThatFades());
+    REQUIRE(found.darts.size() == 1);
+    CHECK((found.darts[0].point - Cut::end()).norm() < 1e-12);
 }

@@ -23,8 +23,7 @@ TEST_CASE("extraordinary vertices stay where their curve turns sharply", "[fit][
     const Plate plate;
     const fit::CurveSampling curves = fit::curve_sites(*cage.topology);
     const auto samples = fit::curve_points(cage, curves, 4);
-    const auto match =
-        fit::match_features(*cage.topology, cage.points, curves, samples, 4, plate, 0.5);
+    const auto match = fit::match_features(cage, curves, samples, 4, plate, 0.5);
     std::set<int> turns;
     for (const fit::CurveTarget& turn : match.turns) turns.insert(turn.vertex.value);
     CHECK(turns == std::set<int>{0, 4, 20, 24});

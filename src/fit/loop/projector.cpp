@@ -40,8 +40,7 @@ Points curve_points(const mesh::Cage& cage, const CurveSampling& curves, int sam
 FeatureMatch match_cage(const mesh::Cage& cage, const CurveSampling& curves,
                         const Points& curve_points, const geom::ReferenceSurface& reference,
                         const FitOptions& options) {
-    return match_features(*cage.topology, cage.points, curves, curve_points,
-                          options.solver.samples_per_edge, reference,
+    return match_features(cage, curves, curve_points, options.solver.samples_per_edge, reference,
                           options.feature_reach_rel * reference.bounds().diagonal());
 }
 

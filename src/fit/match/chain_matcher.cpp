@@ -134,7 +134,7 @@ std::optional<Stop> ChainMatcher::nearest_end(const LooseEnd& end) const {
                 !(end.dart && features_.corners[std::size_t(place)].kind == geom::CornerKind::End))
                 continue;
             const Vec3& point = curve_ends_.points[std::size_t(place)];
-            const double far = (point - end.point).norm();
+            const double far = std::min((point - end.control).norm(), (point - end.limit).norm());
             if (far >= distance) continue;
             distance = far;
             best = Stop{corner ? place : -1, point, true};

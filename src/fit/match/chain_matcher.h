@@ -25,11 +25,12 @@ struct Stop {
     bool ends_curve = false;
 };
 
-/// An end of a chain without a corner, and how far it may go for the end of a curve.
+/// An end of a chain without a corner, and how far it may go for the end of a curve. Control points
+/// of cages that are made are on the model; of fitted ones limit points are.
 struct LooseEnd {
-    geom::Vec3 point = geom::Vec3::Zero();
-    double reach = 0.0;
-    bool dart = false;  ///< ends within the surface
+    geom::Vec3 control = geom::Vec3::Zero(), limit = geom::Vec3::Zero();
+    double reach = 0.0;  ///< from the nearer one
+    bool dart = false;   ///< ends within the surface
 };
 
 /// Factor of the distance of a chain to curves of another kind; infinite where it may not follow

@@ -6,6 +6,7 @@
 
 #include <patchwright/base/numbers.h>
 #include <patchwright/geom/curve_ends.h>
+#include <patchwright/subd/limit_mask.h>
 
 #include <algorithm>
 #include <array>
@@ -121,7 +122,7 @@ ChainEnds ends_of(const std::vector<EdgeChain>& chains, const std::vector<Polyli
 }
 
 /// How far the ends of an open chain may go for the end of a curve.
-std::array<LooseEnd, 2> loose_ends(const EdgeChain& chain, double length, const Points& points,
+std::array<LooseEnd, 2> loose_ends(const EdgeChain& chain, double length, const mesh::Cage& cage,
                                    const std::vector<VertexId>& fixed, const ChainEnds& chain_ends,
                                    double reach) {
     const std::size_t last = chain.vertices.size() - 1;
@@ -129,13 +130,13 @@ std::array<LooseEnd, 2> loose_ends(const EdgeChain& chain, double length, const 
     for (std::size_t k = 0; k < 2; ++k) {
         const VertexId end = chain.vertices[k == 0 ? 0 : last];
         const VertexId inner = chain.vertices[k == 0 ? 1 : last - 1];
-        const Vec3 at = points.row(end.value).transpose();
-        const Vec3 before = points.row(inner.value).transpose();
+        const Vec3 at = cage.points.row(end.value).transpose();
+        const Vec3 before = cage.points.row(inner.value).transpose();
         const bool dart = std::find(fixed.begin(), fixed.end(), end) == fixed.end();
         const bool joins = chain_ends.at(end).size() > 2;
         // Both ends of a chain are not to go to the same place.
         const double near = std::min((at - before).norm(), 0.5 * length);
-        loose[k] = {at, joins ? reach : dart ? near : 0.0, dart};
+        loose[k] = {at, subd::limit_position(cage, end), joins ? reach : dart ? near : 0.0, dart};
     }
     return loose;
 }
@@ -208,10 +209,11 @@ std::vector<CurveTarget> turns_of(const mesh::Topology& topology, const Points& 
 
 }  // namespace
 
-FeatureMatch match_features(const mesh::Topology& topology, const Points& points,
-                            const CurveSampling& curves, const Points& samples,
-                            int samples_per_site, const geom::ReferenceSurface& reference,
-                            double reach) {
+FeatureMatch match_features(const mesh::Cage& cage, const CurveSampling& curves,
+                            const Points& samples, int samples_per_site,
+                            const geom::ReferenceSurface& reference, double reach) {
+    const mesh::Topology& topology = *cage.topology;
+    const Points& points = cage.points;
     const Features& features = reference.features();
     const auto fixed = corner_vertices(topology);
     std::vector<Polyline> lines;
@@ -230,7 +232,7 @@ FeatureMatch match_features(const mesh::Topology& topology, const Points& points
         const std::array<VertexId, 2> ends{chain.vertices.front(), chain.vertices.back()};
         std::array<LooseEnd, 2> loose;
         if (!chain.closed) {
-            loose = loose_ends(chain, length_of(lines[i]), points, fixed, chain_ends, reach);
+            loose = loose_ends(chain, length_of(lines[i]), cage, fixed, chain_ends, reach);
             for (std::size_t k = 0; k < 2; ++k) {
                 const auto corner = corners.find(ends[k]);
                 if (corner != corners.end()) chain_corners[i][k] = corner->second;

@@ -48,10 +48,9 @@ struct FeatureMatch {
 /// kind between these corners. Corners farther than `reach` and chains that are farther on average
 /// than `reach`, or a tenth of their length if that is more, belong to nothing.
 /// @param samples  limit points of the sites of `curves`, `samples_per_site` each
-FeatureMatch match_features(const mesh::Topology& topology, const geom::Points& points,
-                            const CurveSampling& curves, const geom::Points& samples,
-                            int samples_per_site, const geom::ReferenceSurface& reference,
-                            double reach);
+FeatureMatch match_features(const mesh::Cage& cage, const CurveSampling& curves,
+                            const geom::Points& samples, int samples_per_site,
+                            const geom::ReferenceSurface& reference, double reach);
 
 /// @pre the path is not empty
 geom::FeaturePoint nearest_on_path(const geom::ReferenceSurface& reference, const FeaturePath& path,
