@@ -82,10 +82,11 @@ struct FitOptions {
         /// Factor of the bending energy in the first step of a level, >= 0; after every step that
         /// is taken it is a fifth of what it was.
         double fairness = 1e-2;
-        /// Scale of the tangential regularisation in parts of the tolerance: the smaller, the more
-        /// of the given parametrisation is preserved. This is enough against drift without cause,
-        /// too little to keep curves and leading edges from their place (refinement_test).
-        double tangential_scale_rel = 0.1;
+        /// Scale of the tangential regularisation in parts of the tolerance: a tangential motion by
+        /// the width of a face counts as a distance of this. The larger, the more of the given
+        /// parametrisation is preserved. This is enough against drift for little gain, too little
+        /// to keep curves and leading edges from their place (refinement_test, decision 087).
+        double tangential_scale_rel = 0.3;
     };
     Solver solver;
 };

@@ -33,8 +33,9 @@ constexpr int max_little_gains = 2;
 constexpr double finished_share = 0.02;
 // While the bending energy has more weight than this it may hold distances back.
 constexpr double small_fairness = 1e-5;
-// Tangential motion in folded faces counts as distances of so many such scales.
-constexpr double fold_miss = 10.0;
+// Tangential motion by a face's width in faces that are folded when given counts as a distance of
+// so many tolerances.
+constexpr double fold_scale_rel = 1.0;
 // Regularisation must not drive the surface away: no step may leave more than this times the least
 // energy of distances so far.
 constexpr double max_energy_growth = 2.0;
@@ -198,7 +199,7 @@ class LevelFitter {
             for (const auto c : topology_.corners(sites[site].face))
                 any = any || near[topology_.vertex(c).index()] != 0;
             if (!any) continue;
-            face_regularisation_.even_out(site, fold_miss);
+            face_regularisation_.even_out(site, fold_scale_rel * options_.tolerance_mm);
             evened_sites_.push_back(site);
         }
     }

@@ -76,10 +76,12 @@ std::vector<subd::ParameterSet> side_ends() {
 }  // namespace
 
 Regularisation::Regularisation(subd::LimitOperator rows, subd::LimitOperator positions,
-                               const Points& given, Eigen::VectorXd tangential, bool of_curves)
+                               const Points& given, Eigen::VectorXd tangential, double scale,
+                               bool of_curves)
     : rows_(std::move(rows)),
       positions_(std::move(positions)),
       tangential_(std::move(tangential)),
+      scale_(scale),
       factors_(rows_.site_rows().size() - 1, 1.0),
       of_curves_(of_curves) {
     rows_.apply(given, given_);
@@ -91,7 +93,10 @@ Regularisation Regularisation::of_surface(const Topology& topology, const Points
     return {subd::LimitOperator(topology, {interior_grid(2)}, sites, subd::SampleRows::Bending),
             subd::LimitOperator(topology, {interior_grid(2)}, sites,
                                 subd::SampleRows::PointsAndTangents),
-            given, tangential_weights(topology, given, scale), false};
+            given,
+            tangential_weights(topology, given, scale),
+            scale,
+            false};
 }
 
 Regularisation Regularisation::of_curves(const Topology& topology,
@@ -101,13 +106,13 @@ Regularisation Regularisation::of_curves(const Topology& topology,
     subd::LimitOperator positions(topology, side_ends(), sites);
     Eigen::VectorXd tangential =
         tangential_weights(sites, rows.site_rows(), positions, given, scale);
-    return {std::move(rows), std::move(positions), given, std::move(tangential), true};
+    return {std::move(rows), std::move(positions), given, std::move(tangential), scale, true};
 }
 
-void Regularisation::even_out(std::size_t site, double miss) {
+void Regularisation::even_out(std::size_t site, double scale) {
     const auto& rows = rows_.site_rows();
     given_.middleRows(rows[site], rows[site + 1] - rows[site]).setZero();
-    factors_[site] = std::max(factors_[site], std::max(1.0, miss * miss));
+    if (scale > scale_ && scale_ > 0.0) factors_[site] = std::pow(scale / scale_, 2);
 }
 
 Points Regularisation::directions(const Points& points) const {

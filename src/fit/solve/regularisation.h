@@ -36,9 +36,8 @@ class Regularisation {
 
     [[nodiscard]] const subd::LimitOperator& rows() const { return rows_; }
     /// Makes the parametrisation of a site even in place of the given one, which is folded there.
-    /// @param miss  distance in units of the scale as which tangential motion counts there, at
-    ///              least 1
-    void even_out(std::size_t site, double miss);
+    /// @param scale  as of of_surface(), if that is less
+    void even_out(std::size_t site, double scale);
 
     /// For the normals or tangents at these control points.
     [[nodiscard]] RegularisationWeights weights_at(const geom::Points& points, double bending,
@@ -50,7 +49,8 @@ class Regularisation {
 
   private:
     Regularisation(subd::LimitOperator rows, subd::LimitOperator positions,
-                   const geom::Points& given, Eigen::VectorXd tangential, bool of_curves);
+                   const geom::Points& given, Eigen::VectorXd tangential, double scale,
+                   bool of_curves);
     /// Unit normal or tangent of each row.
     [[nodiscard]] geom::Points directions(const geom::Points& points) const;
     /// The part of a row that changes only the parametrisation.
@@ -60,7 +60,8 @@ class Regularisation {
 
     subd::LimitOperator rows_, positions_;
     geom::Points given_;
-    Eigen::VectorXd tangential_;   // weights of the rows
+    Eigen::VectorXd tangential_;  // weights of the rows
+    double scale_;
     std::vector<double> factors_;  // of the sites, on tangential_
     bool of_curves_;
 };
