@@ -10,9 +10,8 @@ namespace {
 
 /// Cells of the finest lattices that are tried, one after the other.
 constexpr int usual_cells = 8, most_cells = 16;
-/// See FitOptions::Solver. Lines of a fitted cage lie where they are to stay, and the registration
-/// has moved them smoothly; what slides folds narrow faces (decision 070: of 50 wings that differ
-/// in five ways from the one fitted, 14 miss with the scale of fits, two with this).
+/// See FitOptions::Solver. Lines are held less than in fits: where the registration has brought
+/// narrow faces is only near their place, and held there they fold (decision 070).
 constexpr double tangential_scale_rel = 0.03;
 
 /// A result with the folds that count.
