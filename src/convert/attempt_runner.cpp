@@ -46,6 +46,14 @@ constexpr double most_left = 0.6;
 /// them has fewer faces than all of them split, which are four times as many.
 constexpr double few_faces = 0.1;
 
+/// Whether its faces have the size that the shape asks for.
+bool has_sizes_of_shape(CageKind kind) {
+    return kind == CageKind::Field || kind == CageKind::Blocks || kind == CageKind::Remeshed;
+}
+/// Their lines lie where they are to stay: those of coarser cages have their way to go
+/// (FitOptions::Solver::tangential_scale_rel, decision 087).
+constexpr double sized_tangential_scale_rel = 0.3;
+
 Growth growth_of(CageKind kind, int faces) {
     switch (kind) {
         case CageKind::Given: return given_growth;
@@ -126,6 +134,8 @@ void AttemptRunner::fit(Attempt& attempt) {
         .crease_rule = options_.crease_rule,
         .interpolate = options_.interpolate,
         .progress = told(budget_.limited())};
+    if (has_sizes_of_shape(attempt.kind))
+        fitting.solver.tangential_scale_rel = sized_tangential_scale_rel;
     if (attempt.kind == CageKind::Remeshed && options_.refinement == fit::RefinementScope::Local)
         fitting.min_share_to_split_all = few_faces;
     fit::FitResult found = fitted(attempt, fitting);

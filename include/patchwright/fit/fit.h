@@ -84,9 +84,9 @@ struct FitOptions {
         double fairness = 1e-2;
         /// Scale of the tangential regularisation in parts of the tolerance: a tangential motion by
         /// the width of a face counts as a distance of this. The larger, the more of the given
-        /// parametrisation is preserved. This is enough against drift for little gain, too little
-        /// to keep curves and leading edges from their place (refinement_test, decision 087).
-        double tangential_scale_rel = 0.3;
+        /// parametrisation is preserved. This is enough against drift without cause, too little to
+        /// keep curves and leading edges from their place (refinement_test).
+        double tangential_scale_rel = 0.1;
     };
     Solver solver;
 };
