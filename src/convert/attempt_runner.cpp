@@ -46,7 +46,7 @@ constexpr double most_left = 0.6;
 /// them has fewer faces than all of them split, which are four times as many.
 constexpr double few_faces = 0.1;
 
-/// Whether its faces have the size that the shape asks for.
+/// Whether the faces of such cages have the size that the shape asks for.
 bool has_sizes_of_shape(CageKind kind) {
     return kind == CageKind::Field || kind == CageKind::Blocks || kind == CageKind::Remeshed;
 }

@@ -36,7 +36,7 @@ class Regularisation {
 
     [[nodiscard]] const subd::LimitOperator& rows() const { return rows_; }
     /// Makes the parametrisation of a site even in place of the given one, which is folded there.
-    /// @param scale  as of of_surface(), if that is less
+    /// @param scale  in place of that of of_surface() there, if larger
     void even_out(std::size_t site, double scale);
 
     /// For the normals or tangents at these control points.
@@ -60,8 +60,8 @@ class Regularisation {
 
     subd::LimitOperator rows_, positions_;
     geom::Points given_;
-    Eigen::VectorXd tangential_;  // weights of the rows
-    double scale_;
+    Eigen::VectorXd tangential_;   // weights of the rows
+    double scale_;                 // of these weights
     std::vector<double> factors_;  // of the sites, on tangential_
     bool of_curves_;
 };
