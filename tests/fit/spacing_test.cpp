@@ -103,7 +103,9 @@ TEST_CASE("a halved strip's jump spreads over its neighbours", "[fit][oracle]") 
         test::grid(10, 3, {.boundary_rule = mesh::BoundaryRule::EdgeAndCorner});
     auto [cage, halvings] = halved(coarse, {edge_of_column(coarse, 4, 3)});
     REQUIRE(largest_ratio(lines_across_x(cage)) == Approx(2.0));
-    const double moved = fit::grade_spacing(cage, halvings);
+    const geom::Points given = cage.points;
+    fit::grade_spacing(cage, halvings);
+    const double moved = (cage.points - given).rowwise().norm().maxCoeff();
     const auto lines = lines_across_x(cage);
     REQUIRE(lines.size() == 12);  // lines stay straight
     CHECK(largest_ratio(lines) < 1.3 * 1.05);
@@ -121,7 +123,7 @@ TEST_CASE("spacing that was there before a split is kept", "[fit]") {
     coarse.points.col(0) = coarse.points.col(0).unaryExpr([](double x) { return std::exp2(x); });
     auto [cage, halvings] = halved(coarse, {});
     const geom::Points given = cage.points;
-    CHECK(fit::grade_spacing(cage, halvings) < 1e-12);
+    fit::grade_spacing(cage, halvings);
     CHECK((cage.points - given).cwiseAbs().maxCoeff() < 1e-12);
 }
 
@@ -134,7 +136,8 @@ TEST_CASE("strips halved more than once stay narrow, pins and creases where they
     const geom::Points given = cage.points;
     auto twice = halvings;
     for (int& count : twice) count *= 2;
-    CHECK(fit::grade_spacing(cage, twice) == 0.0);
+    fit::grade_spacing(cage, twice);
+    CHECK(cage.points == given);
     fit::grade_spacing(cage, halvings);
     for (int j = 1; j < 3; ++j)  // the crease crosses the lines along x
         CHECK((cage.points.row(2 * 4 + j) - given.row(2 * 4 + j)).norm() == 0.0);

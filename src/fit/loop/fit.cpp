@@ -226,8 +226,9 @@ class LevelLoop {
         if (!next) return false;
         now_ = {.cage = std::move(next->cage),
                 .history = std::move(next->history),
-                .start = {.foot_reach = foot_reach_growth * kept_->figures.largest() + next->moved,
-                          .folded = {}}};
+                .start = {.foot_reach = foot_reach_growth * kept_->figures.largest(),
+                          .folded = {},
+                          .refined = true}};
         for (const FaceHistory& h : now_.history) now_.start.folded.push_back(h.folded ? 1 : 0);
         now_.figures.local = next->local;
         return true;

@@ -41,9 +41,8 @@ constexpr double fold_scale_rel = 1.0;
 constexpr double max_energy_growth = 2.0;
 // Of moves along with curves, see carried_along(): what is rows away has its own way to go.
 constexpr double fading = 0.1;
-// |A^T r| at which a solve ends, relative to its start. Curves are held from then on; foot points
-// of surfaces are found anew after each step, so that less is enough (decision 086).
-constexpr double curve_residual = 1e-4, surface_residual = 1e-3;
+// As surface_residual: curves are held once they are fitted.
+constexpr double curve_residual = 1e-4;
 
 double largest_distance(const std::vector<measure::NearLimit>& near) {
     double most = 0.0;
@@ -83,10 +82,10 @@ class LevelFitter {
         even_out_folds(start);
     }
 
-    LevelFit run() && {
+    LevelFit run(bool curves_are_near) && {
         bool stopped = false;
         try {
-            improve_curves();
+            improve_curves(curves_are_near);
             settle_corners();
             improve_surface(options_.solver.fairness, options_.solver.max_projections);
             improve_reverse_distances();
@@ -108,13 +107,13 @@ class LevelFitter {
     }
 
     /// Crease and boundary curves depend on their own control points only.
-    void improve_curves() {
+    void improve_curves(bool are_near) {
         if (projector_.curves().sites.empty()) return;
         const Points before = points_;
         improve({projector_.curve_samples(), curve_steps_, curve_regularisation_,
                  [&](const Points& p, const Projection*) { return projector_.project_curves(p); }},
                 0.0, (options_.solver.max_projections + 1) / 2);
-        carry_along(before);
+        if (!are_near) carry_along(before);
     }
 
     /// Narrow strips that are left behind by their curve would stand on end.
@@ -392,7 +391,7 @@ LevelFit given_level(const mesh::Cage& cage, const geom::ReferenceSurface& refer
 LevelFit fit_level(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
                    const std::vector<Vec3>& points, const FitOptions& options,
                    const LevelStart& start, FitLevel& level) {
-    return LevelFitter(cage, reference, points, options, start, level).run();
+    return LevelFitter(cage, reference, points, options, start, level).run(start.refined);
 }
 
 }  // namespace patchwright::fit

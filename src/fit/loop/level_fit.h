@@ -37,6 +37,7 @@ LevelFit given_level(const mesh::Cage& cage, const geom::ReferenceSurface& refer
 struct LevelStart {
     double foot_reach = std::numeric_limits<double>::infinity();  ///< see oriented_foot_point
     std::vector<char> folded;  ///< one a face: whether its parent was; or empty
+    bool refined = false;      ///< the level before was fitted: curves move little
 };
 
 /// Control points whose limit surface is near the reference: rounds of projecting samples and

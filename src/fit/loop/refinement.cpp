@@ -1,5 +1,6 @@
 #include "fit/loop/refinement.h"
 
+#include "fit/loop/former_surface.h"
 #include "fit/loop/spacing.h"
 #include "fit/solve/step_operator.h"
 
@@ -302,8 +303,8 @@ std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const Level
             pass_on(features, fine);
             auto halvings = after_split(fine, std::vector<Halvings>(cuts.size(), {0, 0}));
             split_at_unresolved(next, halvings, std::move(features), options);
-            next.moved =
-                grade_spacing(next.cage, by_edge(*next.cage.topology, halvings), error.at_turns);
+            grade_spacing(next.cage, by_edge(*next.cage.topology, halvings), error.at_turns);
+            return_to(next.cage, cage, options);
             return next;
         }
     }

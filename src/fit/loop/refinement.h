@@ -19,7 +19,6 @@ struct NextLevel {
     mesh::Cage cage;
     std::vector<FaceHistory> history;
     bool local = false;
-    double moved = 0.0;  ///< millimetres by which a control point left the given surface, at most
 };
 
 /// Splits the chords that cross faces beyond the tolerance in the direction in which their distance

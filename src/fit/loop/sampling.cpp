@@ -10,10 +10,13 @@ using mesh::FaceId;
 using mesh::Topology;
 using mesh::VertexId;
 
-std::vector<subd::ParameterSet> side_sets(int n) {
+namespace {
+
+/// At (k + shift) / n, of each side of the square.
+std::vector<subd::ParameterSet> sets_of_sides(int count, double shift, int n) {
     std::vector<subd::ParameterSet> sets(4);
-    for (int k = 0; k < n; ++k) {
-        const double t = (k + 0.5) / n;
+    for (int k = 0; k < count; ++k) {
+        const double t = (k + shift) / n;
         sets[0].emplace_back(t, 0.0);
         sets[1].emplace_back(1.0, t);
         sets[2].emplace_back(t, 1.0);
@@ -21,6 +24,11 @@ std::vector<subd::ParameterSet> side_sets(int n) {
     }
     return sets;
 }
+
+}  // namespace
+
+std::vector<subd::ParameterSet> side_sets(int n) { return sets_of_sides(n, 0.5, n); }
+std::vector<subd::ParameterSet> closed_side_sets(int n) { return sets_of_sides(n + 1, 0.0, n); }
 
 namespace {
 

@@ -37,6 +37,9 @@ using measure::interior_grid;
 /// Set i samples side i of the square (v = 0, u = 1, v = 1, u = 0) at (k + 1/2) / n.
 std::vector<subd::ParameterSet> side_sets(int n);
 
+/// The same at k / n, with both ends.
+std::vector<subd::ParameterSet> closed_side_sets(int n);
+
 /// Every infinitely sharp crease and every boundary edge once, chain by chain, for use with
 /// side_sets().
 CurveSampling curve_sites(const mesh::Topology& topology);

@@ -102,8 +102,8 @@ double move_towards(const std::vector<double>& wanted, const std::vector<Joint>&
 
 }  // namespace
 
-double grade_spacing(mesh::Cage& cage, const std::vector<int>& halvings,
-                     const std::vector<VertexId>& held) {
+void grade_spacing(mesh::Cage& cage, const std::vector<int>& halvings,
+                   const std::vector<VertexId>& held) {
     const Topology& t = *cage.topology;
     std::vector<Joint> joints;
     for (const VertexId v : t.vertices())
@@ -113,15 +113,14 @@ double grade_spacing(mesh::Cage& cage, const std::vector<int>& halvings,
                     2)
                     joints.push_back(joint);
     const std::vector<double> changes = graded_changes(joints, halvings);
-    const geom::Points given = cage.points;
     std::vector<double> wanted;
     for (const EdgeId e : t.edges()) {
-        const double length = (given.row(t.end(e).value) - given.row(t.start(e).value)).norm();
+        const double length =
+            (cage.points.row(t.end(e).value) - cage.points.row(t.start(e).value)).norm();
         wanted.push_back(length * std::exp2(halvings[e.index()]) * std::exp(changes[e.index()]));
     }
     for (int sweep = 0; sweep < max_sweeps; ++sweep)
         if (move_towards(wanted, joints, cage.points) < converged_share) break;
-    return (cage.points - given).rowwise().norm().maxCoeff();
 }
 
 }  // namespace patchwright::fit

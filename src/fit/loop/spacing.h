@@ -14,8 +14,7 @@ namespace patchwright::fit {
 /// @param halvings  one an edge: how often it was halved; edges halved more than once are to stay
 ///                  as short as they are
 /// @param held      other vertices that are to stay
-/// @return the longest move, millimetres
-double grade_spacing(mesh::Cage& cage, const std::vector<int>& halvings,
+void grade_spacing(mesh::Cage& cage, const std::vector<int>& halvings,
                      const std::vector<mesh::VertexId>& held = {});
 
 }  // namespace patchwright::fit

@@ -9,6 +9,10 @@
 
 namespace patchwright::fit {
 
+/// |A^T r| at which a solve for surfaces ends, relative to its start: their foot points are found
+/// anew after each step, so that this is enough (decision 086).
+inline constexpr double surface_residual = 1e-3;
+
 class StepWeights {
   public:
     double fairness;                       ///< of the bending energy

@@ -65,14 +65,6 @@ Eigen::VectorXd tangential_weights(const std::vector<subd::Site>& sides,
     return tangential;
 }
 
-/// Both ends and the middle of each side.
-std::vector<subd::ParameterSet> side_ends() {
-    return {{{0, 0}, {0.5, 0}, {1, 0}},
-            {{1, 0}, {1, 0.5}, {1, 1}},
-            {{0, 1}, {0.5, 1}, {1, 1}},
-            {{0, 0}, {0, 0.5}, {0, 1}}};
-}
-
 }  // namespace
 
 Regularisation::Regularisation(subd::LimitOperator rows, subd::LimitOperator positions,
@@ -103,7 +95,7 @@ Regularisation Regularisation::of_curves(const Topology& topology,
                                          const std::vector<subd::Site>& sites, const Points& given,
                                          double scale) {
     subd::LimitOperator rows(topology, side_sets(2), sites, subd::SampleRows::Bending);
-    subd::LimitOperator positions(topology, side_ends(), sites);
+    subd::LimitOperator positions(topology, closed_side_sets(2), sites);
     Eigen::VectorXd tangential =
         tangential_weights(sites, rows.site_rows(), positions, given, scale);
     return {std::move(rows), std::move(positions), given, std::move(tangential), scale, true};
