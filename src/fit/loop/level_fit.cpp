@@ -36,9 +36,9 @@ constexpr double small_fairness = 1e-5;
 // Tangential motion by a face's width in faces that are folded when given counts as a distance of
 // so many tolerances.
 constexpr double fold_scale_rel = 1.0;
-// Regularisation must not drive the surface away: no step may leave more than this times the least
-// energy of distances so far.
-constexpr double max_energy_growth = 2.0;
+// Regularisation must not drive the surface away, nor single samples, which weigh little once they
+// are in a fold: no step may leave more than this times the least rms of distances so far.
+constexpr double max_growth = 1.4;
 // Of moves along with curves, see carried_along(): what is rows away has its own way to go.
 constexpr double fading = 0.1;
 // As surface_residual: curves are held once they are fitted.
@@ -259,7 +259,7 @@ class LevelFitter {
         round_ = 0;
         Projection now = problem.project(points_, nullptr);
         StepWeights weights(points_.rows(), fairness);
-        double least = now.energy(now.weights);
+        double least = now.distances.rms();
         int little_gains = 0;
         for (; round_ < rounds; ++round_) {
             poll(0.0);
@@ -281,11 +281,11 @@ class LevelFitter {
             const double was = now.energy(now.weights), is = next.energy(now.weights);
             const double before = was + problem.regularisation.energy(points_, regular);
             const double after = is + problem.regularisation.energy(candidate, regular);
-            if (inversion.more || !(after < before) || is > max_energy_growth * least) {
+            if (inversion.more || !(after < before) || next.distances.rms() > max_growth * least) {
                 if (!weights.after_refused()) return;
                 continue;
             }
-            least = std::min(least, is);
+            least = std::min(least, next.distances.rms());
             points_ = candidate;
             now = std::move(next);
             const double little_gain = now.distances.max > options_.tolerance_mm

@@ -63,8 +63,12 @@ Inversion inverted_by_step(const std::vector<std::int32_t>& rows, const Projecti
         for (auto i = rows[site]; i < rows[site + 1]; ++i) {
             any = any || next.is_nearly_inverted(i);
             if (next.is_inverted(i) == now.is_inverted(i)) continue;
-            // Unless the sample itself has turned, only its foot point has changed sides.
-            if (next.normals.row(i).dot(now.normals.row(i)) < 0.0)
+            // Unless the sample itself has turned or left the reference, as over an edge, only its
+            // foot point has changed sides.
+            const double was = (now.limit.row(i) - now.target.row(i)).norm();
+            const double is = (next.limit.row(i) - next.target.row(i)).norm();
+            const bool left = next.is_inverted(i) ? is > was : was > is;
+            if (left || next.normals.row(i).dot(now.normals.row(i)) < 0.0)
                 more += next.is_inverted(i) ? 1 : -1;
         }
         if (any) result.sites.push_back(site);

@@ -63,6 +63,8 @@ struct Inversion {
     bool more = false;               ///< more samples are inverted than before
 };
 
+/// Samples count that turn, or whose foot points come to face the other way while they go farther
+/// from these, as beyond an edge; on thin parts foot points change sides without that.
 /// @param rows  first sample of each site, one more than sites
 Inversion inverted_by_step(const std::vector<std::int32_t>& rows, const Projection& now,
                            const Projection& next);

@@ -15,6 +15,6 @@ namespace patchwright::fit {
 ///                  as short as they are
 /// @param held      other vertices that are to stay
 void grade_spacing(mesh::Cage& cage, const std::vector<int>& halvings,
-                     const std::vector<mesh::VertexId>& held = {});
+                   const std::vector<mesh::VertexId>& held = {});
 
 }  // namespace patchwright::fit
