@@ -67,7 +67,7 @@ Inversion inverted_by_step(const std::vector<std::int32_t>& rows, const Projecti
             // foot point has changed sides.
             const double was = (now.limit.row(i) - now.target.row(i)).norm();
             const double is = (next.limit.row(i) - next.target.row(i)).norm();
-            const bool left = next.is_inverted(i) ? is > was : was > is;
+            const bool left = !next.of_curves && (next.is_inverted(i) ? is > was : was > is);
             if (left || next.normals.row(i).dot(now.normals.row(i)) < 0.0)
                 more += next.is_inverted(i) ? 1 : -1;
         }
