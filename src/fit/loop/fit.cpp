@@ -181,7 +181,7 @@ class LevelLoop {
 
     void keep_what_is_nearer() {
         const FitLevel& figures = now_.figures;
-        // Splitting strips moves the limit surface, from where steps may not lead back.
+        // Lines of split strips lie elsewhere, from where steps may not lead back (decision 022).
         worse_ = kept_ && figures.largest() > options_.tolerance_mm &&
                  figures.largest() > kept_->figures.largest() &&
                  figures.rms_mm > kept_->figures.rms_mm;
