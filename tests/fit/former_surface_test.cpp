@@ -51,7 +51,7 @@ TEST_CASE("a disturbed cage returns to its limit surface and sharp curves", "[fi
         cage.points += 0.05 * geom::Points::Random(cage.points.rows(), 3);
         fit::return_to(cage, former, {.tolerance_mm = 0.01});
         // Limit points of the wall are on the circle of cubic B-splines with 12 control points, of
-        // radius (4 + 2 cos(30 degrees)) / 6 at the knots and 3e-4 less between them.
+        // radius (4 + 2 cos(30 degrees)) / 6 at the knots and 2e-4 less between them.
         const double radius = (4.0 + 2.0 * std::cos(M_PI / 6.0)) / 6.0;
         for (const mesh::VertexId v : cage.topology->vertices()) {
             const int row = v.value / 12 + (lids ? 0 : 1);

@@ -6,8 +6,6 @@
 #include "geom/bvh.h"
 #include "measure/limit_search.h"
 
-#include <patchwright/base/parallel.h>
-
 #include <algorithm>
 #include <limits>
 

@@ -9,8 +9,8 @@ namespace patchwright::fit {
 /// Moves control points until the limit surface is near that of `former`, and its sharp curves are
 /// near those of `former`: single strips that are split, and graded spacing, move it, and farther
 /// than the level before ended from the reference where faces are large for what they bend around.
-/// Steps as those to the reference (decisions 016, 017), with samples on faces and sharp curves at
-/// a time. Pinned vertices stay.
+/// Steps as those to the reference (decisions 016, 017), but for faces and sharp curves in one
+/// problem, and all of them are taken. Pinned vertices stay.
 /// @param cage     near `former`, its faces in other places and of other sizes
 /// @param options  tolerance, solver and progress of the fit
 /// @throw what options.progress throws
