@@ -60,7 +60,7 @@ void measure_reverse(const mesh::Cage& cage, const std::vector<geom::Vec3>& poin
                      const LimitDeviationOptions& options, LimitDeviation& error) {
     if (points.empty()) return;
     const auto sites = face_sites(*cage.topology);
-    const auto all = LimitSearch(cage.topology).nearest(cage.points, points, options.progress);
+    const auto all = LimitSearch(cage.topology).nearest(cage.points, points, {}, options.progress);
     for (std::size_t i = 0; i < all.size(); ++i) {
         const NearLimit& near = all[i];
         error.reverse.add(near.distance, points[i]);

@@ -28,6 +28,8 @@ constexpr int steps = 4;
 /// of 45 degrees.
 constexpr double bulge = 0.1;
 
+constexpr double alike_cosine = 0.3;
+
 /// Numbers within the grid of a site: i * (n + 1) + j.
 using Facet = std::array<int, 3>;
 
@@ -75,6 +77,10 @@ class NearestSites {
 };
 
 }  // namespace
+
+bool faces_alike(const Vec3& normal, const Vec3& direction) {
+    return normal.dot(direction) > alike_cosine * normal.norm() * direction.norm();
+}
 
 LimitSearch::LimitSearch(std::shared_ptr<const mesh::Topology> topology)
     : sites_(face_sites(*topology)),
@@ -131,10 +137,13 @@ class FacetTree {
         tree_ = geom::Bvh(boxes);
     }
 
-    void find(const Vec3& query, NearestSites& near) const {
+    void find(const Vec3& query, const Vec3* facing, NearestSites& near) const {
         near.clear();
         tree_.nearest(query, std::numeric_limits<double>::infinity(), [&](int t, double bound) {
             const auto corner = corners(t);
+            if (facing != nullptr &&
+                !faces_alike((corner[1] - corner[0]).cross(corner[2] - corner[0]), *facing))
+                return bound;
             const Vec3 w = geom::nearest_weights(query, corner);
             const Vec3 point = w[0] * corner[0] + w[1] * corner[1] + w[2] * corner[2];
             const double distance = (point - query).norm();
@@ -175,6 +184,7 @@ class FacetTree {
 
 std::vector<NearLimit> LimitSearch::nearest(const Points& control_points,
                                             const std::vector<Vec3>& queries,
+                                            const std::vector<Vec3>& facing,
                                             const base::Progress& progress) const {
     const FacetTree facets(grid_, control_points);
     std::vector<NearLimit> result(queries.size());
@@ -185,7 +195,8 @@ std::vector<NearLimit> LimitSearch::nearest(const Points& control_points,
         base::parallel_for(count, grain, [&](std::size_t first, std::size_t last) {
             NearestSites near;
             for (std::size_t q = start + first; q < start + last; ++q) {
-                facets.find(queries[q], near);
+                const Vec3* toward = facing.empty() ? nullptr : &facing[q];
+                facets.find(queries[q], toward, near);
                 result[q].distance = std::numeric_limits<double>::infinity();
                 for (const NearLimit& at : near.sites()) {
                     const NearLimit found = improved(control_points, at, queries[q]);

@@ -20,6 +20,10 @@ struct NearLimit {
     double distance = 0.0;
 };
 
+/// Whether a normal is within about 70 degrees of a direction, both of any length. The edge of a
+/// thin part, at right angles to both its sides, is alike to neither.
+bool faces_alike(const geom::Vec3& normal, const geom::Vec3& direction);
+
 /// Finds near limit points of one topology at any control points.
 class LimitSearch {
   public:
@@ -28,9 +32,12 @@ class LimitSearch {
     /// For each query a limit point of the face whose facets are nearest, brought nearer by
     /// Gauss-Newton steps: so its distance is never less than the limit surface's.
     /// @param control_points  one row a vertex of the topology
+    /// @param facing  empty, or a direction for each query: then only facets count that face alike,
+    ///                and a query without such facets is infinitely far
     /// @throw Cancelled when the progress callback asks for it
     [[nodiscard]] std::vector<NearLimit> nearest(const geom::Points& control_points,
                                                  const std::vector<geom::Vec3>& queries,
+                                                 const std::vector<geom::Vec3>& facing = {},
                                                  const base::Progress& progress = {}) const;
 
   private:

@@ -10,6 +10,8 @@
 
 #include <catch2/catch.hpp>
 
+#include <cmath>
+
 using namespace patchwright;
 using geom::Vec3;
 
@@ -50,6 +52,32 @@ TEST_CASE("the limit point near a point is the nearest one", "[measure][oracle]"
         // Between grid points the surface may be nearer by what Pythagoras leaves.
         CHECK(near[k].distance >= std::sqrt(std::max(0.0, nearest * nearest - width * width)));
     }
+}
+
+TEST_CASE("a search that faces a direction does not find the far side of a thin part",
+          "[measure]") {
+    mesh::Cage ring = test::torus(12, 8, 3.0, 1.0);
+    ring.points.col(2) *= 0.05;
+    const measure::LimitSearch search(ring.topology);
+    std::vector<Vec3> queries, facing;
+    for (int k = 0; k < 12; ++k) {  // within the ring, nearer to the side that faces away
+        const double a = 0.5 * k, up = k % 2 == 0 ? 1.0 : -1.0;
+        queries.emplace_back(3.1 * std::cos(a), 3.1 * std::sin(a), -0.02 * up);
+        facing.emplace_back(0.5, 0.0, 2.0 * up);  // of any length
+    }
+    const auto any = search.nearest(ring.points, queries);
+    const auto faced = search.nearest(ring.points, queries, facing);
+    for (std::size_t k = 0; k < queries.size(); ++k) {
+        const double up = facing[k].z() / 2.0;
+        CHECK(any[k].normal.z() * up < -0.99);
+        CHECK(faced[k].normal.z() * up > 0.99);
+        // Both sides are flat there: one is as far below the middle as the other is above.
+        CHECK(faced[k].distance - any[k].distance == Approx(0.04).epsilon(0.02));
+    }
+    const mesh::Cage fan = test::fan(5);  // open: nothing faces down
+    const auto none = measure::LimitSearch(fan.topology)
+                          .nearest(fan.points, {Vec3(0.1, 0.2, 0.1)}, {-Vec3::UnitZ()});
+    CHECK(std::isinf(none[0].distance));
 }
 
 TEST_CASE("a limit surface is measured both ways, face by face", "[measure][oracle]") {

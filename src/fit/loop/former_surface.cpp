@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
+#include <optional>
 
 namespace patchwright::fit {
 
@@ -23,9 +25,6 @@ constexpr int return_steps = 5;
 constexpr double bending_weight = 1e-6;
 // Samples a side of faces, of sides on sharp curves, and chords a side of the former curves.
 constexpr int face_samples = 3, side_samples = 4, chords_a_side = 16;
-// Cosine of the angle between the normals of a sample and of its foot point below which that one
-// is on the far side of a thin part.
-constexpr double min_cosine = 0.3;
 
 /// The sharp curves of a limit surface as chords.
 class SharpCurves {
@@ -86,23 +85,19 @@ class Samples {
                                                            const SharpCurves& curves) const {
         Points limit;
         rows_.apply(points, limit);
-        const Points normals = rows_.normals(points);
-        std::vector<Vec3> queries;
-        for (Eigen::Index i = 0; i < on_faces_; ++i) queries.emplace_back(limit.row(i).transpose());
-        const auto near = search.nearest(former.points, queries);
+        const auto feet = feet_of(limit, rows_.normals(points), former, search);
         std::pair<Points, SampleWeights> result{
             Points::Zero(limit.rows(), 3),
             {Points::Zero(limit.rows(), 3), Eigen::VectorXd::Ones(limit.rows())}};
         auto& [change, weights] = result;
         for (Eigen::Index i = 0; i < on_faces_; ++i) {
-            const measure::NearLimit& foot = near[std::size_t(i)];
-            const double cosine = normals.row(i).dot(foot.normal);
-            if (!(cosine > min_cosine * normals.row(i).norm())) {
+            const auto& foot = feet[std::size_t(i)];
+            if (!foot) {
                 weights.weight[i] = 0.0;
                 continue;
             }
-            weights.direction.row(i) = foot.normal.transpose();
-            change.row(i) = foot.point.transpose() - limit.row(i);
+            weights.direction.row(i) = foot->normal.transpose();
+            change.row(i) = foot->point.transpose() - limit.row(i);
         }
         for (Eigen::Index i = on_faces_; i < limit.rows(); ++i)
             change.row(i) = curves.nearest(limit.row(i).transpose()).transpose() - limit.row(i);
@@ -110,6 +105,38 @@ class Samples {
     }
 
   private:
+    /// Where the former surface is nearest to samples of faces, and faces alike: on a thin part's
+    /// far side it does not. Where that is farther than any sample is whose nearest point faces
+    /// alike, the sample is in a fold; it has none.
+    [[nodiscard]] std::vector<std::optional<measure::NearLimit>> feet_of(
+        const Points& limit, const Points& normals, const mesh::Cage& former,
+        const measure::LimitSearch& search) const {
+        const auto rows_of = [](const Points& all, const std::vector<Eigen::Index>& rows) {
+            std::vector<Vec3> result;
+            for (const Eigen::Index i : rows) result.emplace_back(all.row(i).transpose());
+            return result;
+        };
+        std::vector<Eigen::Index> all(static_cast<std::size_t>(on_faces_)), opposing;
+        std::iota(all.begin(), all.end(), 0);
+        const auto nearest = search.nearest(former.points, rows_of(limit, all));
+        std::vector<std::optional<measure::NearLimit>> result(nearest.size());
+        double reach = 0.0;
+        for (const Eigen::Index i : all) {
+            const measure::NearLimit& near = nearest[std::size_t(i)];
+            if (!measure::faces_alike(near.normal, normals.row(i).transpose())) {
+                opposing.push_back(i);
+                continue;
+            }
+            reach = std::max(reach, near.distance);
+            result[std::size_t(i)] = near;
+        }
+        const auto alike =
+            search.nearest(former.points, rows_of(limit, opposing), rows_of(normals, opposing));
+        for (std::size_t k = 0; k < opposing.size(); ++k)
+            if (alike[k].distance <= reach) result[std::size_t(opposing[k])] = alike[k];
+        return result;
+    }
+
     Samples(const Topology& topology, std::vector<subd::Site> faces,
             const std::vector<subd::Site>& sides)
         : rows_(topology, sets(), with(faces, sides), subd::SampleRows::PointsAndTangents),
