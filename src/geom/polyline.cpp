@@ -1,5 +1,7 @@
 #include "geom/polyline.h"
 
+#include <patchwright/geom/nearest.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -57,13 +59,8 @@ Polyline thinned(const Polyline& line) {
 
 double distance_to(const Polyline& line, const Vec3& q) {
     double best = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 1; i < line.size(); ++i) {
-        const Vec3 along = line[i] - line[i - 1];
-        const double square = along.squaredNorm();
-        const double t =
-            square > 0.0 ? std::clamp((q - line[i - 1]).dot(along) / square, 0.0, 1.0) : 0.0;
-        best = std::min(best, (line[i - 1] + t * along - q).norm());
-    }
+    for (std::size_t i = 1; i < line.size(); ++i)
+        best = std::min(best, (nearest_on_segment(q, line[i - 1], line[i]).point - q).norm());
     return best;
 }
 

@@ -1,5 +1,7 @@
 #include "measure/near_curves.h"
 
+#include <patchwright/geom/nearest.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -65,11 +67,7 @@ bool NearCurves::is_near(const Vec3& p) const {
             distance = shape_.nearest_on_curve(arcs_[k].curve, p, arcs_[k].range).distance;
         } else {
             const auto& [a, b] = segments_[k - arcs_.size()];
-            const Vec3 along = b - a;
-            const double length = along.squaredNorm();
-            const double share =
-                length > 0.0 ? std::clamp((p - a).dot(along) / length, 0.0, 1.0) : 0.0;
-            distance = (a + share * along - p).norm();
+            distance = (geom::nearest_on_segment(p, a, b).point - p).norm();
         }
         found = distance <= reach_;
         return found ? -1.0 : bound;

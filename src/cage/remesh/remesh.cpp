@@ -5,6 +5,8 @@
 #include "cage/remesh/sectors.h"
 #include "geom/angle.h"
 
+#include <patchwright/geom/nearest.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -47,9 +49,8 @@ double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const V
     for (std::size_t k = 0; k < 3; ++k) {
         const Vec3 &from = corner[k], side = corner[(k + 1) % 3] - from;
         if (normal.dot(side.cross(p - from)) < 0.0) inside = false;
-        const double length = side.squaredNorm();
-        const double t = length > 0.0 ? std::clamp((p - from).dot(side) / length, 0.0, 1.0) : 0.0;
-        nearest = std::min(nearest, (p - from - t * side).norm());
+        const Vec3 at = geom::nearest_on_segment(p, from, corner[(k + 1) % 3]).point;
+        nearest = std::min(nearest, (p - at).norm());
     }
     return inside ? std::abs(normal.dot(p - a)) / std::sqrt(area) : nearest;
 }

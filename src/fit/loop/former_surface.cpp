@@ -6,6 +6,8 @@
 #include "geom/bvh.h"
 #include "measure/limit_search.h"
 
+#include <patchwright/geom/nearest.h>
+
 #include <algorithm>
 #include <limits>
 #include <numeric>
@@ -51,12 +53,10 @@ class SharpCurves {
     [[nodiscard]] Vec3 nearest(const Vec3& query) const {
         Vec3 nearest = query;
         tree_.nearest(query, std::numeric_limits<double>::infinity(), [&](int i, double bound) {
-            const Vec3 a = ends_.row(first_[std::size_t(i)]).transpose();
-            const Vec3 along = ends_.row(first_[std::size_t(i)] + 1).transpose() - a;
-            const double length2 = along.squaredNorm();
-            const double share =
-                length2 > 0.0 ? std::clamp((query - a).dot(along) / length2, 0.0, 1.0) : 0.0;
-            const Vec3 at = a + share * along;
+            const Eigen::Index first = first_[std::size_t(i)];
+            const Vec3 at = geom::nearest_on_segment(query, ends_.row(first).transpose(),
+                                                     ends_.row(first + 1).transpose())
+                                .point;
             const double distance = (query - at).norm();
             if (distance < bound) nearest = at;
             return std::min(bound, distance);

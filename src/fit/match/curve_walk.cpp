@@ -1,6 +1,7 @@
 #include "fit/match/curve_walk.h"
 
 #include <patchwright/base/numbers.h>
+#include <patchwright/geom/nearest.h>
 
 #include <algorithm>
 #include <cmath>
@@ -24,10 +25,7 @@ constexpr double start_ratio = 3.0;
 constexpr double max_cost_rel = 6.0;
 
 double distance_to_edge(const Vec3& a, const Vec3& b, const Vec3& q) {
-    const Vec3 along = b - a;
-    const double square = along.squaredNorm();
-    const double t = square > 0.0 ? std::clamp((q - a).dot(along) / square, 0.0, 1.0) : 0.0;
-    return (a + t * along - q).norm();
+    return (geom::nearest_on_segment(q, a, b).point - q).norm();
 }
 
 }  // namespace

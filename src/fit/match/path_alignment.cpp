@@ -1,6 +1,7 @@
 #include "fit/match/path_alignment.h"
 
 #include <patchwright/base/numbers.h>
+#include <patchwright/geom/nearest.h>
 
 #include <algorithm>
 #include <cmath>
@@ -27,10 +28,7 @@ constexpr double slide_share = 0.25;
 
 /// Of a point from a segment.
 double squared_distance(const Vec3& a, const Vec3& b, const Vec3& q) {
-    const Vec3 along = b - a;
-    const double length = along.squaredNorm();
-    const double share = length > 0.0 ? std::clamp((q - a).dot(along) / length, 0.0, 1.0) : 0.0;
-    return (a + share * along - q).squaredNorm();
+    return (geom::nearest_on_segment(q, a, b).point - q).squaredNorm();
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include "occ/kernel_guard.h"
 #include "occ/kernel_mesh.h"
 
+#include <patchwright/geom/nearest.h>
+
 #include <BRep_Tool.hxx>
 #include <Poly_PolygonOnTriangulation.hxx>
 #include <Poly_Triangulation.hxx>
@@ -196,15 +198,12 @@ class Gluing {
         std::size_t best = 0;
         double least = std::numeric_limits<double>::infinity(), share = 0.0;
         for (std::size_t i = 0; i + 1 < chain.size(); ++i) {
-            const geom::Vec3 from = at(i), side = at(i + 1) - from;
-            const double square = side.squaredNorm();
-            const double t =
-                square > 0.0 ? std::clamp((p - from).dot(side) / square, 0.0, 1.0) : 0.0;
-            const double distance = (from + t * side - p).norm();
+            const geom::SegmentPoint near_p = geom::nearest_on_segment(p, at(i), at(i + 1));
+            const double distance = (near_p.point - p).norm();
             if (distance >= least) continue;
             least = distance;
             best = i;
-            share = t;
+            share = near_p.share;
         }
         const std::size_t other = share < near ? best : best + 1;
         if ((share < near || share > 1.0 - near) && other > 0 && other + 1 < chain.size()) {

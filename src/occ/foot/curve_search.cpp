@@ -2,6 +2,8 @@
 
 #include "occ/foot/descent_limits.h"
 
+#include <patchwright/geom/nearest.h>
+
 #include <GeomAdaptor_Curve.hxx>
 #include <Geom_BSplineCurve.hxx>
 #include <Geom_BezierCurve.hxx>
@@ -181,10 +183,7 @@ void CurveSearch::split(Chord chord, double deflection, int depth) {
 }
 
 double CurveSearch::chord_parameter(const Chord& chord, const Vec3& query) {
-    const Vec3 along = chord.end - chord.start;
-    const double length = along.squaredNorm();
-    if (!(length > 0.0)) return 0.0;
-    return std::clamp((query - chord.start).dot(along) / length, 0.0, 1.0);
+    return geom::nearest_on_segment(query, chord.start, chord.end).share;
 }
 
 CurveHit CurveSearch::nearest_on(const Chord& chord, const Vec3& query, double s) const {

@@ -54,10 +54,7 @@ constexpr double flat_rel = 1e-12;
 constexpr double off_face_rel = 1e-5;  // of the deflection; edges nearer than this lie on the face
 
 double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
-    const Vec3 along = b - a;
-    const double length = along.squaredNorm();
-    const double s = length > 0.0 ? std::clamp((p - a).dot(along) / length, 0.0, 1.0) : 0.0;
-    return (a + s * along - p).norm();
+    return (geom::nearest_on_segment(p, a, b).point - p).norm();
 }
 
 using SideMap = std::map<std::pair<int, int>, std::size_t>;
