@@ -28,6 +28,7 @@ constexpr int steps = 4;
 /// of 45 degrees.
 constexpr double bulge = 0.1;
 
+/// See faces_alike(): 73 degrees.
 constexpr double alike_cosine = 0.3;
 
 /// Numbers within the grid of a site: i * (n + 1) + j.

@@ -20,8 +20,8 @@ struct NearLimit {
     double distance = 0.0;
 };
 
-/// Whether a normal is within about 70 degrees of a direction, both of any length. The edge of a
-/// thin part, at right angles to both its sides, is alike to neither.
+/// Whether a normal is within 73 degrees of a direction, both of any length. The edge of a
+/// thin part, at right angles to both its sides, faces as neither does.
 bool faces_alike(const geom::Vec3& normal, const geom::Vec3& direction);
 
 /// Finds near limit points of one topology at any control points.

@@ -105,9 +105,9 @@ class Samples {
     }
 
   private:
-    /// Where the former surface is nearest to samples of faces, and faces alike: on a thin part's
-    /// far side it does not. Where that is farther than any sample is whose nearest point faces
-    /// alike, the sample is in a fold; it has none.
+    /// For each sample of faces the nearest point of the former surface that faces alike, which
+    /// one on the far side of a thin part does not. None where that is farther than any sample is
+    /// whose nearest point of all faces alike: then the sample is in a fold (decision 089).
     [[nodiscard]] std::vector<std::optional<measure::NearLimit>> feet_of(
         const Points& limit, const Points& normals, const mesh::Cage& former,
         const measure::LimitSearch& search) const {

@@ -198,12 +198,12 @@ class Gluing {
         std::size_t best = 0;
         double least = std::numeric_limits<double>::infinity(), share = 0.0;
         for (std::size_t i = 0; i + 1 < chain.size(); ++i) {
-            const geom::SegmentPoint near_p = geom::nearest_on_segment(p, at(i), at(i + 1));
-            const double distance = (near_p.point - p).norm();
+            const geom::SegmentPoint foot = geom::nearest_on_segment(p, at(i), at(i + 1));
+            const double distance = (foot.point - p).norm();
             if (distance >= least) continue;
             least = distance;
             best = i;
-            share = near_p.share;
+            share = foot.share;
         }
         const std::size_t other = share < near ? best : best + 1;
         if ((share < near || share > 1.0 - near) && other > 0 && other + 1 < chain.size()) {
