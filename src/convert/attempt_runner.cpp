@@ -134,6 +134,7 @@ void AttemptRunner::fit(Attempt& attempt) {
         .crease_rule = options_.crease_rule,
         .interpolate = options_.interpolate,
         .progress = told(budget_.limited())};
+    fitting.solver.evens_lines = attempt.kind != CageKind::Sections;
     if (has_sizes_of_shape(attempt.kind))
         fitting.solver.tangential_scale_rel = sized_tangential_scale_rel;
     if (attempt.kind == CageKind::Remeshed && options_.refinement == fit::RefinementScope::Local)
@@ -182,9 +183,6 @@ fit::FitResult AttemptRunner::fitted(Attempt& attempt, const fit::FitOptions& fi
 }
 
 fit::FitResult AttemptRunner::refitted(Attempt& attempt, const fit::FitOptions& fitting) const {
-    const auto count_folds = [&](const mesh::Cage& cage) {
-        return folds_of(make_shape(cage, options_.shape, shape_tolerance())).folded;
-    };
     check_earlier_state(attempt.cage, source_);
     std::optional<fit::ModelChange> change;
     if (const Source* earlier = options_.earlier) {
@@ -192,9 +190,8 @@ fit::FitResult AttemptRunner::refitted(Attempt& attempt, const fit::FitOptions& 
         change.emplace(fit::ModelState{earlier->surface(), earlier->input.file},
                        fit::ModelState{surface(), source_.input.file});
     }
-    fit::RefitResult carried = fit::refit(
-        attempt.cage, surface(),
-        {.fit = fitting, .change = change ? &*change : nullptr, .count_folds = count_folds});
+    fit::RefitResult carried = fit::refit(attempt.cage, surface(),
+                                          {.fit = fitting, .change = change ? &*change : nullptr});
     attempt.fit.carried = std::move(carried.stages);
     return std::move(carried.fit);
 }

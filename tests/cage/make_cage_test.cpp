@@ -104,6 +104,30 @@ TEST_CASE("a wing gets rings of quads with all extraordinary vertices at its end
     CHECK(volume(result.cage) == Approx(121602975.0).epsilon(0.05));
 }
 
+TEST_CASE("faces beside a wing's tip are about as long as each other", "[layout]") {
+    // The borders of the sample's cap meet at the nose, 4 mm from the section where the tip begins;
+    // elsewhere it is 25 mm from there.
+    const mesh::Cage cage = cage::make_cage(wing().reference).cage;
+    const mesh::Topology& t = *cage.topology;
+    std::set<int> tip;
+    for (const mesh::FaceId f : t.faces()) {
+        if (t.group_names()[std::size_t(t.group(f))] != "tip") continue;
+        const auto corners = t.corners(f);
+        for (int k = 0; k < corners.size(); ++k) tip.insert(t.vertex(corners[k]).value);
+    }
+    double shortest = 1e300, longest = 0.0;
+    for (const mesh::EdgeId e : t.edges()) {
+        if (tip.contains(t.start(e).value) == tip.contains(t.end(e).value)) continue;
+        const double length =
+            (cage.points.row(t.start(e).value) - cage.points.row(t.end(e).value)).norm();
+        shortest = std::min(shortest, length);
+        longest = std::max(longest, length);
+    }
+    CHECK(longest > 20.0);
+    // Points step back along chords, for half of the longest, and then go to the skin.
+    CHECK(shortest > 0.45 * longest);
+}
+
 TEST_CASE("remeshing keeps features and is closed", "[layout]") {
     const cage::CageResult result =
         cage::make_cage(wing().reference, {.method = cage::Method::Remesh});

@@ -82,24 +82,6 @@ TEST_CASE("a fitted torus is carried to one of other radii", "[fit][oracle]") {
     }
 }
 
-TEST_CASE("what folds as it is written is tried anew", "[fit]") {
-    const mesh::Cage cage = fitted(test::torus(24, 16, 3.0, 1.0), test::Torus(3.0, 1.0), 1e-3);
-    const test::Torus changed(3.6, 1.0);
-    const auto alone = fit::refit(cage, changed, {.fit = {.tolerance_mm = 2e-3}});
-    for (const int folds_of_second : {0, 2}) {
-        std::vector<Points> asked;
-        const auto result = fit::refit(
-            cage, changed,
-            {.fit = {.tolerance_mm = 2e-3}, .count_folds = [&](const mesh::Cage& written) {
-                 asked.push_back(written.points);
-                 return asked.size() == 1 ? 1 : folds_of_second;
-             }});
-        REQUIRE(asked.size() == 2);
-        CHECK(asked[0] == alone.fit.cage.points);
-        CHECK(result.fit.cage.points == asked[folds_of_second == 0 ? 1 : 0]);
-    }
-}
-
 TEST_CASE("an affine change is carried by the affine map alone", "[fit][oracle]") {
     mesh::TopologyInput tags;
     for (int i = 0; i < 8; ++i)

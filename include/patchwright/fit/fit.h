@@ -87,6 +87,9 @@ struct FitOptions {
         /// parametrisation is preserved. This is enough against drift without cause, too little to
         /// keep curves and leading edges from their place (refinement_test).
         double tangential_scale_rel = 0.1;
+        /// Whether the bending energy makes the given lines even while it has weight; else it bends
+        /// surfaces only, and lines that gather on purpose, as at wing tips, stay so.
+        bool evens_lines = true;
     };
     Solver solver;
 };

@@ -4,7 +4,6 @@
 #include <patchwright/fit/fit.h>
 #include <patchwright/fit/model_change.h>
 
-#include <functional>
 #include <vector>
 
 #pragma GCC visibility push(default)
@@ -23,9 +22,6 @@ struct RefitOptions {
     FitOptions fit;  ///< max_levels and refinement have no effect
     /// To the reference, from what the cage was fitted to; null: not known.
     const ModelChange* change = nullptr;
-    /// Folded samples of what a fitted cage is written as; where it is empty, of its limit surface.
-    /// Asked for within the tolerance only.
-    std::function<int(const mesh::Cage&)> count_folds;
 };
 
 struct RefitResult {
@@ -38,9 +34,7 @@ struct RefitResult {
 
 /// Carries the cage to the reference by a registration (affine, then lattices of B-splines that
 /// become finer), then fits it without refining it: the topology stays, with its names, creases and
-/// tags. Pinned control points do not move. Where the change is known, the registration follows it
-/// first. Where the result misses or folds, it is tried without the change and with a finer
-/// lattice, and the best one is kept.
+/// tags. Pinned control points do not move. Where the change is known, the registration follows it.
 /// @throw as fit()
 RefitResult refit(const mesh::Cage& cage, const geom::ReferenceSurface& reference,
                   const RefitOptions& options = {});

@@ -1,6 +1,7 @@
 #include "cage/blocks/feature_chain.h"
 #include "cage/sections/bent_spine.h"
 #include "cage/sections/part_left_out.h"
+#include "cage/sections/wing_columns.h"
 #include "cage/sections/wing_finder.h"
 #include "geom/angle.h"
 
@@ -356,7 +357,7 @@ std::string describe(const Wing& wing, const WingOptions& options) {
     for (const WingEnd& end : wing.ends) rings += end.kind == EndKind::Rounded ? 1 : 0;
     return fmt::format("{}: {} points around x {} rings, {} trailing edge{}{}, ends {} and {}",
                        wing.blade ? "blade" : "wing",
-                       2 * options.columns - (wing.blunt ? 0 : 1) + (wing.nose_line ? 1 : 0), rings,
+                       RingColumns{options.columns, wing.blunt, wing.nose_line}.size(), rings,
                        wing.blunt ? "blunt" : "sharp", fades ? " that fades" : "",
                        wing.nose_line ? ", line along the nose" : "", name_of(wing.ends[0].kind),
                        name_of(wing.ends[1].kind));

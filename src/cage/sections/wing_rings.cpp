@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 namespace patchwright::cage {
 
@@ -25,8 +26,9 @@ constexpr double direction_share = 0.01;
 // A ring that a rounded tip gets beyond the last section: how far it goes from there to the end of
 // the body, and how wide it is in widths of that section.
 constexpr double tip_rise = 0.8, tip_width = 0.6;
-// Of the tip's length: ends of trailing edges nearer than this to the last section are at it.
-constexpr double same_point_share = 0.1;
+// The shortest face between the last section and a tip, in lengths of the longest one there; its
+// section's points step back for it, by at most this share of the way to the section before.
+constexpr double shortest_beside_tip = 0.5, longest_step_back = 0.5;
 // At the trailing edge and the nose the way to the end starts this far from them, as a share of the
 // way to the next column.
 constexpr double inward_share = 0.2;
@@ -39,7 +41,7 @@ class WingRings {
               Poll& poll)
         : wing_(wing),
           reference_(reference),
-          columns_(options.columns),
+          ring_{options.columns, wing.blunt, wing.nose_line},
           tolerance_mm_(options.tolerance_mm),
           poll_(poll),
           shares_(column_shares(wing.sections, options.columns)) {}
@@ -54,23 +56,7 @@ class WingRings {
         return std::move(blocks_);
     }
 
-    [[nodiscard]] int ring_size() const {
-        return 2 * columns_ - (wing_.blunt ? 0 : 1) + (wing_.nose_line ? 1 : 0);
-    }
-
   private:
-    [[nodiscard]] bool on_nose(int j) const { return wing_.nose_line && j == columns_; }
-    /// Side and number of the column of a ring's point.
-    [[nodiscard]] std::pair<int, int> column(int j) const {
-        const int second = 2 * columns_ - (wing_.nose_line ? 0 : 1);
-        return j < columns_ ? std::pair(0, j) : std::pair(1, second - j);
-    }
-    /// The point across, on the other side; itself at a sharp trailing edge and on the nose's line.
-    [[nodiscard]] int across(int j) const {
-        return wing_.blunt ? ring_size() - 1 - j : (ring_size() - j) % ring_size();
-    }
-    [[nodiscard]] bool is_tail(int j) const { return j == 0 || (wing_.blunt && across(j) == 0); }
-
     [[nodiscard]] Vec3 on_feature(const Vec3& p, geom::FeatureKind kind) const {
         const auto feature = reference_.feature_point(p, kind);
         return feature && feature->distance < onto_feature_rel * wing_.span ? feature->point : p;
@@ -90,14 +76,14 @@ class WingRings {
     void add_ring(const WingSection& section) {
         const Spine& spine = wing_.slicer.spine();
         const Vec3 span = spine.direction(spine.height(section.center));
-        for (int j = 0; j < ring_size(); ++j) {
+        for (int j = 0; j < ring_.size(); ++j) {
             poll_();
-            if (on_nose(j)) {
+            if (ring_.on_nose(j)) {
                 const Vec3 p = section.nose();
                 blocks_.points.push_back(section.nose_on_line ? on_nose_line(p) : p);
                 continue;
             }
-            const auto [side, k] = column(j);
+            const auto [side, k] = ring_.side_and_column(j);
             const double share = shares_[std::size_t(k)];
             const Vec3 p = section.at(side, share);
             if (k == 0) {
@@ -137,18 +123,18 @@ class WingRings {
     /// Points of the last ring near a curve, but not where that has ended.
     void put_on(int curve) {
         const geom::FeatureCurve& line = reference_.features().curves[std::size_t(curve)];
-        for (int j = 0; j < ring_size(); ++j) {
+        for (int j = 0; j < ring_.size(); ++j) {
             poll_();
-            Vec3& p = blocks_.points[blocks_.points.size() - std::size_t(ring_size() - j)];
+            Vec3& p = blocks_.points[blocks_.points.size() - std::size_t(ring_.size() - j)];
             const auto foot = reference_.nearest_on_curve(curve, p);
             const bool past_end =
                 !line.closed && (foot.arc_length <= 0.0 || foot.arc_length >= line.length);
-            if (!past_end && !is_tail(j) && foot.distance < onto_feature_rel * wing_.span)
+            if (!past_end && !ring_.is_tail(j) && foot.distance < onto_feature_rel * wing_.span)
                 p = foot.point;
         }
     }
 
-    [[nodiscard]] int ring_count() const { return int(blocks_.points.size()) / ring_size(); }
+    [[nodiscard]] int ring_count() const { return int(blocks_.points.size()) / ring_.size(); }
 
     [[nodiscard]] const WingSection& section_at(const WingEnd& end) const {
         return end.outward < 0.0 ? wing_.sections.front() : wing_.sections.back();
@@ -161,7 +147,7 @@ class WingRings {
             return;
         }
         if (end.kind == EndKind::Ridge) {
-            const int tail = ring * ring_size(), nose = tail + columns_;
+            const int tail = ring * ring_.size(), nose = tail + ring_.of_side;
             const Vec3 front = blocks_.points[std::size_t(nose)];
             blocks_.points[std::size_t(tail)] = ridge_point(end, front, 0.0);
             if (section_at(end).nose_on_line)
@@ -170,8 +156,8 @@ class WingRings {
         }
         const auto kind =
             end.kind == EndKind::Lid ? geom::FeatureKind::Sharp : geom::FeatureKind::Free;
-        for (int j = 0; j < ring_size(); ++j) {
-            Vec3& p = blocks_.points[std::size_t(ring * ring_size() + j)];
+        for (int j = 0; j < ring_.size(); ++j) {
+            Vec3& p = blocks_.points[std::size_t(ring * ring_.size() + j)];
             p = on_feature(p, kind);
         }
     }
@@ -188,45 +174,61 @@ class WingRings {
     void add_tip_ring(const WingEnd& end, int ring) {
         const Vec3 direction = end.outward * wing_.slicer.spine().direction(end.extreme);
         std::vector<Vec3> tip;
-        for (int j = 0; j < ring_size(); ++j) tip.push_back(towards_tip(end, ring, j, direction));
-        if (!wing_.blunt) step_back_from_end_of_tail(end, ring, tip.front());
+        for (int j = 0; j < ring_.size(); ++j) tip.push_back(towards_tip(end, ring, j, direction));
+        step_back_from_tip(end, ring, tip);
         const auto where = end.outward < 0.0 ? blocks_.points.begin() : blocks_.points.end();
         blocks_.points.insert(where, tip.begin(), tip.end());
     }
 
-    /// Where a sharp trailing edge ends at the section already, that is the tip's point on it, and
-    /// the section's steps back along the edge.
-    void step_back_from_end_of_tail(const WingEnd& end, int ring, const Vec3& tail_end) {
-        const double tip = std::abs(end.extreme - end.ring);
-        const Vec3 own = ring_point(ring, 0);
-        if ((own - tail_end).norm() > same_point_share * tip) return;
-        const Vec3 inward = ring_point(end.outward < 0.0 ? ring + 1 : ring - 1, 0) - own;
-        const double step = std::min(tip, 0.5 * inward.norm());
-        blocks_.points[std::size_t(ring * ring_size())] =
-            on_feature(own + step * inward.normalized(), geom::FeatureKind::Sharp);
+    /// Faces between a section and the tip become short where the tip's border nears the section,
+    /// as at a nose in which the borders of a cap meet, or at a sharp trailing edge that ends
+    /// there: the section's points step back from it. They step as far on both sides, so that lines
+    /// run straight across thin trailing edges.
+    void step_back_from_tip(const WingEnd& end, int ring, const std::vector<Vec3>& tip) {
+        const std::size_t section = end.outward < 0.0 ? 0 : wing_.sections.size() - 1;
+        if (on_line_[section] != 0) return;
+        std::vector<double> lengths;
+        for (int j = 0; j < ring_.size(); ++j)
+            lengths.push_back((tip[std::size_t(j)] - ring_point(ring, j)).norm());
+        const double least = shortest_beside_tip * *std::ranges::max_element(lengths);
+        for (int j = 0; j < ring_.size(); ++j) {
+            Vec3& own = blocks_.points[std::size_t(ring * ring_.size() + j)];
+            const Vec3 inward = ring_point(end.outward < 0.0 ? ring + 1 : ring - 1, j) - own;
+            const double length =
+                std::midpoint(lengths[std::size_t(j)], lengths[std::size_t(ring_.across(j))]);
+            const double step = std::min(least - length, longest_step_back * inward.norm());
+            if (step <= 0.0) continue;
+            const Vec3 p = own + step * inward.normalized();
+            const bool on_line = ring_.on_nose(j) && section_at(end).nose_on_line;
+            own = ring_.is_tail(j) ? on_feature(p, geom::FeatureKind::Sharp)
+                  : on_line        ? on_nose_line(p)
+                                   : reference_.foot_point(p).point;
+        }
     }
 
     [[nodiscard]] Vec3 ring_point(int ring, int j) const {
-        return blocks_.points[std::size_t(ring * ring_size() + j)];
+        return blocks_.points[std::size_t(ring * ring_.size() + j)];
     }
 
     [[nodiscard]] Vec3 towards_tip(const WingEnd& end, int ring, int j,
                                    const Vec3& direction) const {
         poll_();
-        const Vec3 own = ring_point(ring, j), middle = 0.5 * (own + ring_point(ring, across(j)));
+        const Vec3 own = ring_point(ring, j),
+                   middle = 0.5 * (own + ring_point(ring, ring_.across(j)));
         // At the trailing edge the middle is on the surface, as on the nose: a little away from
         // there it is not.
-        const int next = on_nose(j) || j > 1 ? j - 1 : 1;
-        const bool at_border = is_tail(j) || on_nose(j);
-        const Vec3 within = at_border ? Vec3((1.0 - inward_share) * middle +
-                                             0.5 * inward_share * ring_point(ring, next) +
-                                             0.5 * inward_share * ring_point(ring, across(next)))
-                                      : middle;
+        const int next = ring_.on_nose(j) || j > 1 ? j - 1 : 1;
+        const bool at_border = ring_.is_tail(j) || ring_.on_nose(j);
+        const Vec3 within =
+            at_border
+                ? Vec3((1.0 - inward_share) * middle + 0.5 * inward_share * ring_point(ring, next) +
+                       0.5 * inward_share * ring_point(ring, ring_.across(next)))
+                : middle;
         constexpr double past_the_end = 1.2;
         const double longest = past_the_end * std::abs(end.extreme - end.ring);
         const Vec3 rise = tip_rise * way_out(within, longest * direction, reference_) * direction;
         const Vec3 p = middle + rise + tip_width * (own - middle);
-        if (is_tail(j)) {
+        if (ring_.is_tail(j)) {
             const auto feature = reference_.feature_point(p, geom::FeatureKind::Sharp);
             return feature ? feature->point : p;
         }
@@ -242,7 +244,7 @@ class WingRings {
     }
 
     void connect() {
-        const int n = ring_size(), rings = ring_count();
+        const int n = ring_.size(), rings = ring_count();
         const auto id = [&](int ring, int j) { return ring * n + (j + n) % n; };
         const WingSection& middle = wing_.sections[wing_.sections.size() / 2];
         const Vec3 up = middle.at(1, 0.5) - middle.at(0, 0.5);
@@ -252,8 +254,8 @@ class WingRings {
         for (int i = 0; i + 1 < rings; ++i) {
             for (int j = 0; j < n; ++j) {
                 const bool strip = wing_.blunt && j == n - 1;
-                const bool nose = j == columns_ - 1 || on_nose(j);
-                const bool last = j >= columns_;
+                const bool nose = j == ring_.of_side - 1 || ring_.on_nose(j);
+                const bool last = j >= ring_.of_side;
                 add_face({id(i, j), id(i, j + 1), id(i + 1, j + 1), id(i + 1, j)},
                          strip                ? "te"
                          : nose               ? "nose"
@@ -271,7 +273,7 @@ class WingRings {
             const int interval = i - first_section;
             if (interval >= 0 && interval < int(wing_.nose_on_line.size()) &&
                 wing_.nose_on_line[std::size_t(interval)] != 0)
-                blocks_.creases.emplace_back(id(i, columns_), id(i + 1, columns_));
+                blocks_.creases.emplace_back(id(i, ring_.of_side), id(i + 1, ring_.of_side));
         }
         for (int i = 1; i + 1 < rings; ++i) {
             const int section = i - first_section;
@@ -304,7 +306,7 @@ class WingRings {
             ++edges[std::size_t(a)];
             ++edges[std::size_t(b)];
         }
-        const int n = ring_size(), last = ring_count() - 1;
+        const int n = ring_.size(), last = ring_count() - 1;
         for (int v = 0; v < n * ring_count(); ++v) {
             const int ring = v / n;
             const bool at_end = ring == 0 || ring == last;
@@ -322,14 +324,14 @@ class WingRings {
     [[nodiscard]] bool tail_turns_back(int ring) const {
         const Vec3 at = ring_point(ring, 0);
         const Vec3 forward = ring_point(ring, 1) - at;
-        return is_corner(ring * ring_size()) &&
+        return is_corner(ring * ring_.size()) &&
                geom::angle_between(ring_point(ring - 1, 0) - at, forward) +
                        geom::angle_between(forward, ring_point(ring + 1, 0) - at) >
                    std::numbers::pi + widest_past_half_turn_rad;
     }
 
     void crease_ring(int ring) {
-        const int n = ring_size();
+        const int n = ring_.size();
         for (int j = 0; j < n; ++j)
             blocks_.creases.emplace_back(ring * n + j, ring * n + (j + 1) % n);
     }
@@ -342,12 +344,12 @@ class WingRings {
 
     /// Quads between both sides of a ring.
     void close(const WingEnd& end, int ring) {
-        const int n = ring_size(), last = columns_ - 1 + (wing_.nose_line ? 1 : 0);
+        const int n = ring_.size(), last = ring_.of_side - 1 + (wing_.nose_line ? 1 : 0);
         const auto id = [&](int j) { return ring * n + (j + n) % n; };
         for (int j = 0; j < last; ++j) {
             std::vector<int> corners{id(j), id(j + 1)};
-            if (across(j + 1) != j + 1) corners.push_back(id(across(j + 1)));
-            if (across(j) != j) corners.push_back(id(across(j)));
+            if (ring_.across(j + 1) != j + 1) corners.push_back(id(ring_.across(j + 1)));
+            if (ring_.across(j) != j) corners.push_back(id(ring_.across(j)));
             add_end_face(end, std::move(corners));
         }
         if (end.kind == EndKind::Lid) {
@@ -360,7 +362,7 @@ class WingRings {
     /// Quads from both sides of a ring to points on the ridge, which runs from the ring's trailing
     /// edge to its nose; the columns next to both have no point on it, and end with valence 3.
     void close_at_ridge(const WingEnd& end, int ring) {
-        const int tail = ring * ring_size(), nose = tail + columns_, last = columns_ - 2;
+        const int tail = ring * ring_.size(), nose = tail + ring_.of_side, last = ring_.of_side - 2;
         const auto id = [&](int j) { return tail + j; };
         const auto at = [&](int k) {
             return k < 2 ? tail : k > last ? nose : int(blocks_.points.size()) - 1 - last + k;
@@ -372,14 +374,14 @@ class WingRings {
             if (k < last || section_at(end).nose_on_line)
                 blocks_.creases.emplace_back(at(k), at(k + 1));
             add_end_face(end, {at(k), id(k), id(k + 1), at(k + 1)});
-            add_end_face(end, {at(k + 1), id(across(k + 1)), id(across(k)), at(k)});
+            add_end_face(end, {at(k + 1), id(ring_.across(k + 1)), id(ring_.across(k)), at(k)});
         }
         blocks_.corners.push_back(tail);
     }
 
     const Wing& wing_;
     const geom::ModelSurface& reference_;
-    int columns_;
+    RingColumns ring_;
     double tolerance_mm_;
     Poll& poll_;
     std::vector<double> shares_;

@@ -169,7 +169,7 @@ void return_to(mesh::Cage& cage, const mesh::Cage& former, const FitOptions& opt
     const SharpCurves curves(former);
     // Whether or not the fit preserves the given parametrisation, spacing stays graded.
     const Regularisation regularisation = Regularisation::of_surface(
-        t, cage.points, options.solver.tangential_scale_rel * options.tolerance_mm);
+        t, cage.points, options.solver.tangential_scale_rel * options.tolerance_mm, true);
     const double share = double(samples.rows().rows()) / double(regularisation.rows().rows());
     PointConstraints pins{.held = std::vector<std::uint8_t>(std::size_t(t.vertex_count()), 0)};
     for (const mesh::VertexId v : t.vertices())

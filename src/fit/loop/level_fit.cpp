@@ -71,7 +71,8 @@ class LevelFitter {
           level_(level),
           projector_(cage, reference, options, start.foot_reach, [this] { poll(0.0); }),
           face_regularisation_(Regularisation::of_surface(
-              topology_, points_, options.preserve_parametrisation ? tangential_scale_mm() : 0.0)),
+              topology_, points_, options.preserve_parametrisation ? tangential_scale_mm() : 0.0,
+              options.solver.evens_lines)),
           curve_regularisation_(Regularisation::of_curves(topology_, projector_.curves().sites,
                                                           points_, tangential_scale_mm())),
           preconditioner_(topology_),

@@ -69,18 +69,19 @@ Eigen::VectorXd tangential_weights(const std::vector<subd::Site>& sides,
 
 Regularisation::Regularisation(subd::LimitOperator rows, subd::LimitOperator positions,
                                const Points& given, Eigen::VectorXd tangential, double scale,
-                               bool of_curves)
+                               bool of_curves, bool evens_lines)
     : rows_(std::move(rows)),
       positions_(std::move(positions)),
       tangential_(std::move(tangential)),
       scale_(scale),
       factors_(rows_.site_rows().size() - 1, 1.0),
-      of_curves_(of_curves) {
+      of_curves_(of_curves),
+      evens_lines_(evens_lines || scale == 0.0) {
     rows_.apply(given, given_);
 }
 
 Regularisation Regularisation::of_surface(const Topology& topology, const Points& given,
-                                          double scale) {
+                                          double scale, bool evens_lines) {
     const auto sites = face_sites(topology);
     return {subd::LimitOperator(topology, {interior_grid(2)}, sites, subd::SampleRows::Bending),
             subd::LimitOperator(topology, {interior_grid(2)}, sites,
@@ -88,7 +89,8 @@ Regularisation Regularisation::of_surface(const Topology& topology, const Points
             given,
             tangential_weights(topology, given, scale),
             scale,
-            false};
+            false,
+            evens_lines};
 }
 
 Regularisation Regularisation::of_curves(const Topology& topology,
@@ -98,7 +100,8 @@ Regularisation Regularisation::of_curves(const Topology& topology,
     subd::LimitOperator positions(topology, closed_side_sets(2), sites);
     Eigen::VectorXd tangential =
         tangential_weights(sites, rows.site_rows(), positions, given, scale);
-    return {std::move(rows), std::move(positions), given, std::move(tangential), scale, true};
+    return {
+        std::move(rows), std::move(positions), given, std::move(tangential), scale, true, false};
 }
 
 void Regularisation::even_out(std::size_t site, double scale) {
@@ -141,6 +144,9 @@ RegularisationWeights Regularisation::weights_at(const Points& points, double be
     for (std::size_t site = 0; site < factors_.size(); ++site)
         s.tangential.segment(rows[site], rows[site + 1] - rows[site]) *= factors_[site];
     s.rows.direction = directions(points);
+    s.kept = Eigen::VectorXd::Ones(s.tangential.size());
+    if (evens_lines_ && bending > 0.0)
+        s.kept = s.tangential.array() / (s.tangential.array() + bending);
     if (of_curves_) {
         s.rows.weight = s.tangential.cwiseSqrt();
         s.rows.across = s.rows.without = 0.0;
@@ -166,9 +172,7 @@ Points Regularisation::changes(const Points& points, const RegularisationWeights
     rows_.apply(points, rows);
     base::parallel_for(std::size_t(rows.rows()), 4096, [&](std::size_t first, std::size_t last) {
         for (auto i = Eigen::Index(first); i < Eigen::Index(last); ++i) {
-            const double both = s.bending + s.tangential[i];
-            const double share = both > 0.0 ? s.tangential[i] / both : 0.0;
-            rows.row(i) = share * tangential_part(s, given_.row(i), i) - rows.row(i);
+            rows.row(i) = s.kept[i] * tangential_part(s, given_.row(i), i) - rows.row(i);
         }
     });
     return rows;
@@ -180,10 +184,11 @@ double Regularisation::energy(const Points& points, const RegularisationWeights&
     rows_.visit_sites(points, [&](std::size_t begin, std::size_t end, auto rows, auto) {
         for (std::size_t site = begin; site < end; ++site) {
             for (auto i = rows_of[site]; i < rows_of[site + 1]; ++i) {
-                const Eigen::RowVector3d now = rows.row(i - rows_of[begin]);
+                const Eigen::RowVector3d change =
+                    rows.row(i - rows_of[begin]) - s.kept[i] * tangential_part(s, given_.row(i), i);
+                const Eigen::RowVector3d sliding = tangential_part(s, change, i);
                 of_site[site] +=
-                    s.bending * now.squaredNorm() +
-                    s.tangential[i] * tangential_part(s, now - given_.row(i), i).squaredNorm();
+                    s.bending * change.squaredNorm() + s.tangential[i] * sliding.squaredNorm();
             }
         }
     });

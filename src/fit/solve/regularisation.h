@@ -10,13 +10,15 @@
 
 namespace patchwright::fit {
 
-/// How second derivatives count: all of them with the weight of the bending energy; their part in
-/// the tangent plane, which changes the parametrisation but bends nothing, with the tangential
-/// weight as far as it differs from the given cage's.
+/// How second derivatives count: with the weight of the bending energy, and their part in the
+/// tangent plane, which changes the parametrisation but bends nothing, with the tangential weight
+/// besides.
 struct RegularisationWeights {
     SampleWeights rows;
     double bending = 0.0;
     Eigen::VectorXd tangential;
+    /// How much of the given cage's part in the tangent plane is to be there, from 0 to 1.
+    Eigen::VectorXd kept;
 };
 
 /// Second derivatives at 2 x 2 positions a face, or at 2 positions a side for curves.
@@ -26,8 +28,9 @@ class Regularisation {
     /// @param scale  a tangential motion by the width of a face, or the length of a side, counts as
     ///               much as a distance of this from the reference; 0: no tangential
     ///               regularisation
+    /// @param evens_lines  see FitOptions::Solver
     static Regularisation of_surface(const mesh::Topology& topology, const geom::Points& given,
-                                     double scale);
+                                     double scale, bool evens_lines);
     /// Tangential to curves only; the part across them has no weight.
     /// @param sites  sides, see CurveSampling
     static Regularisation of_curves(const mesh::Topology& topology,
@@ -50,7 +53,7 @@ class Regularisation {
   private:
     Regularisation(subd::LimitOperator rows, subd::LimitOperator positions,
                    const geom::Points& given, Eigen::VectorXd tangential, double scale,
-                   bool of_curves);
+                   bool of_curves, bool evens_lines);
     /// Unit normal or tangent of each row.
     [[nodiscard]] geom::Points directions(const geom::Points& points) const;
     /// The part of a row that changes only the parametrisation.
@@ -63,7 +66,7 @@ class Regularisation {
     Eigen::VectorXd tangential_;   // weights of the rows
     double scale_;                 // of these weights
     std::vector<double> factors_;  // of the sites, on tangential_
-    bool of_curves_;
+    bool of_curves_, evens_lines_;
 };
 
 }  // namespace patchwright::fit
