@@ -21,6 +21,11 @@ CurveEnds curve_ends(const Features& features, double same_mm) {
         }
         ends.places.push_back(places);
     }
+    ends.curves.resize(ends.points.size());
+    for (std::size_t c = 0; c < ends.places.size(); ++c)
+        for (std::size_t k = 0; k < 2; ++k)
+            if (const int place = ends.places[c][k]; place >= 0)
+                ends.curves[std::size_t(place)].push_back({int(c), k != 0});
     return ends;
 }
 

@@ -43,87 +43,110 @@ CurveWalk::CurveWalk(const geom::ReferenceSurface& reference, const geom::CurveE
         share_[i - 1] += half;
         share_[i] += half;
     }
-    divide();
 }
 
-void CurveWalk::divide() {
-    const double step = geom::length_of(line_) / double(line_.size() - 1);
-    for (std::size_t c = 0; c < features_.curves.size(); ++c) {
-        const geom::FeatureCurve& curve = features_.curves[c];
-        Steps steps{.penalty = kind_mismatch_penalty(options_.kind, curve.kind)};
-        if (std::isfinite(steps.penalty)) {
-            const double wanted = std::ceil(curve.length / step);
-            const int count = int(std::clamp(wanted, 2.0, double(max_steps)));
-            for (int k = 0; k < count; ++k) steps.arc.push_back(curve.length * k / count);
-            steps.arc.push_back(curve.length);  // exactly, lest a stop there lies beyond it
-            steps.junction.assign(steps.arc.size(), -1);
-            const auto [start, end] = curve_ends_.places[c];
-            if (start >= 0) steps.junction.front() = start + 2;
-            if (end >= 0) steps.junction.back() = end + 2;
-        }
-        curves_.push_back(std::move(steps));
-    }
+double CurveWalk::penalty(int curve) const {
+    return kind_mismatch_penalty(options_.kind, features_.curves[std::size_t(curve)].kind);
 }
 
 void CurveWalk::add_stop(const Stop& stop, int junction) {
     if (stop.corner >= 0) return;
-    for (std::size_t c = 0; c < curves_.size(); ++c) {
-        Steps& steps = curves_[c];
-        if (steps.arc.empty()) continue;
-        const auto here = reference_.nearest_on_curve(int(c), stop.point);
+    for (int c = 0; c < int(features_.curves.size()); ++c) {
+        if (std::isinf(penalty(c))) continue;
+        const auto here = reference_.nearest_on_curve(c, stop.point);
         if (here.distance > options_.coincidence_mm) continue;
-        const auto at = std::lower_bound(steps.arc.begin(), steps.arc.end(), here.arc_length);
-        const auto k = std::clamp<std::ptrdiff_t>(at - steps.arc.begin(), 1,
-                                                  std::ptrdiff_t(steps.arc.size()) - 1);
-        steps.arc.insert(steps.arc.begin() + k, here.arc_length);
-        steps.junction.insert(steps.junction.begin() + k, junction);
+        divisions_.push_back({c, here.arc_length, junction});
     }
 }
 
-void CurveWalk::join() {
-    curve_of_.clear();
-    leaving_.assign(curve_ends_.points.size() + 2, {});
-    for (std::size_t c = 0; c < curves_.size(); ++c) {
-        Steps& steps = curves_[c];
-        steps.first = 2 * int(curve_of_.size());
-        if (steps.arc.empty()) continue;
-        steps.point.assign(steps.arc.size(), std::nullopt);
-        const int count = int(steps.arc.size()) - 1;
-        curve_of_.insert(curve_of_.end(), std::size_t(count), int(c));
-        for (int k = 0; k <= count; ++k) {
-            const int junction = steps.junction[std::size_t(k)];
-            if (junction < 0) continue;
-            auto& leaving = leaving_[std::size_t(junction)];
-            if (k < count) leaving.push_back(number({int(c), k, false}));
-            if (k > 0) leaving.push_back(number({int(c), k - 1, true}));
-        }
+void CurveWalk::number_steps() {
+    const double step = geom::length_of(line_) / double(line_.size() - 1);
+    std::vector<int> counts;
+    for (std::size_t c = 0; c < features_.curves.size(); ++c) {
+        const double wanted = std::ceil(features_.curves[c].length / step);
+        counts.push_back(
+            std::isinf(penalty(int(c))) ? 0 : int(std::clamp(wanted, 2.0, double(max_steps))));
     }
+    for (const Division& division : divisions_) ++counts[std::size_t(division.curve)];
+    first_.assign(1, 0);
+    for (const int count : counts) first_.push_back(first_.back() + count);
+    slot_.assign(counts.size(), -1);
+    steps_.clear();
+}
+
+int CurveWalk::count(int curve) const {
+    return first_[std::size_t(curve) + 1] - first_[std::size_t(curve)];
+}
+
+CurveWalk::Steps& CurveWalk::steps(int curve) {
+    int& slot = slot_[std::size_t(curve)];
+    if (slot >= 0) return steps_[std::size_t(slot)];
+    slot = int(steps_.size());
+    Steps& steps = steps_.emplace_back();
+    const double length = features_.curves[std::size_t(curve)].length;
+    const auto divided = std::count_if(divisions_.begin(), divisions_.end(),
+                                       [&](const Division& d) { return d.curve == curve; });
+    const int even = count(curve) - int(divided);
+    for (int k = 0; k < even; ++k) steps.arc.push_back(length * k / even);
+    steps.arc.push_back(length);  // exactly, lest a stop there lies beyond it
+    steps.junction.assign(steps.arc.size(), -1);
+    const auto [start, end] = curve_ends_.places[std::size_t(curve)];
+    if (start >= 0) steps.junction.front() = start + 2;
+    if (end >= 0) steps.junction.back() = end + 2;
+    for (const Division& division : divisions_) {
+        if (division.curve != curve) continue;
+        const auto at = std::lower_bound(steps.arc.begin(), steps.arc.end(), division.arc);
+        const auto k = std::clamp<std::ptrdiff_t>(at - steps.arc.begin(), 1,
+                                                  std::ptrdiff_t(steps.arc.size()) - 1);
+        steps.arc.insert(steps.arc.begin() + k, division.arc);
+        steps.junction.insert(steps.junction.begin() + k, division.junction);
+    }
+    steps.point.assign(steps.arc.size(), std::nullopt);
+    return steps;
+}
+
+std::vector<int> CurveWalk::leaving(int junction) {
+    std::vector<int> moves;
+    for (const Division& division : divisions_) {
+        if (division.junction != junction) continue;
+        const std::vector<int>& of_points = steps(division.curve).junction;
+        const auto k =
+            int(std::find(of_points.begin(), of_points.end(), junction) - of_points.begin());
+        moves.push_back(number({division.curve, k, false}));
+        moves.push_back(number({division.curve, k - 1, true}));
+    }
+    if (junction < 2) return moves;
+    for (const auto& [curve, at_end] : curve_ends_.curves[std::size_t(junction) - 2])
+        if (count(curve) > 0)
+            moves.push_back(number({curve, at_end ? count(curve) - 1 : 0, at_end}));
+    return moves;
 }
 
 CurveWalk::Move CurveWalk::move(int number) const {
-    const int curve = curve_of_[std::size_t(number / 2)];
-    return {curve, (number - curves_[std::size_t(curve)].first) / 2, number % 2 != 0};
+    const auto after = std::upper_bound(first_.begin(), first_.end(), number / 2);
+    const auto curve = int(after - first_.begin()) - 1;
+    return {curve, number / 2 - first_[std::size_t(curve)], number % 2 != 0};
 }
 
 int CurveWalk::number(const Move& m) const {
-    return curves_[std::size_t(m.curve)].first + 2 * m.step + (m.reversed ? 1 : 0);
+    return 2 * (first_[std::size_t(m.curve)] + m.step) + (m.reversed ? 1 : 0);
 }
 
-double CurveWalk::length_of(const Move& m) const {
-    const Steps& steps = curves_[std::size_t(m.curve)];
+double CurveWalk::length_of(const Move& m) {
+    const Steps& steps = this->steps(m.curve);
     return steps.arc[std::size_t(m.step) + 1] - steps.arc[std::size_t(m.step)];
 }
 
 const Vec3& CurveWalk::point(int curve, int k) {
-    Steps& steps = curves_[std::size_t(curve)];
+    Steps& steps = this->steps(curve);
     std::optional<Vec3>& p = steps.point[std::size_t(k)];
     if (!p) p = reference_.point_on_curve(curve, steps.arc[std::size_t(k)]).point;
     return *p;
 }
 
-std::vector<int> CurveWalk::moves_after(int number) const {
+std::vector<int> CurveWalk::moves_after(int number) {
     const Move m = move(number);
-    const Steps& steps = curves_[std::size_t(m.curve)];
+    const Steps& steps = this->steps(m.curve);
     const int end = end_of(m), last = int(steps.arc.size()) - 1;
     const int junction = steps.junction[std::size_t(end)];
     if (junction < 0) {
@@ -131,7 +154,7 @@ std::vector<int> CurveWalk::moves_after(int number) const {
         return {this->number({m.curve, next, m.reversed})};
     }
     std::vector<int> moves;
-    for (const int next : leaving_[std::size_t(junction)])
+    for (const int next : leaving(junction))
         if (next != (number ^ 1)) moves.push_back(next);
     return moves;
 }
@@ -143,8 +166,7 @@ double CurveWalk::distance_to_move(int number, const Vec3& q) {
 }
 
 double CurveWalk::point_cost(std::size_t i, int number) {
-    const double penalty = curves_[std::size_t(move(number).curve)].penalty;
-    return penalty * share_[i] * distance_to_move(number, line_[i]);
+    return penalty(move(number).curve) * share_[i] * distance_to_move(number, line_[i]);
 }
 
 double CurveWalk::step_cost(std::size_t i, int from, int to) {
@@ -152,9 +174,7 @@ double CurveWalk::step_cost(std::size_t i, int from, int to) {
     const Vec3& joint = point(a.curve, end_of(a));
     const double distance =
         distance_to_edge(line_[i], line_[std::min(i + 1, line_.size() - 1)], joint);
-    const auto half = [&](const Move& m) {
-        return 0.5 * curves_[std::size_t(m.curve)].penalty * length_of(m);
-    };
+    const auto half = [&](const Move& m) { return 0.5 * penalty(m.curve) * length_of(m); };
     return (half(a) + half(b)) * (distance + options_.length_cost_mm);
 }
 
@@ -165,7 +185,7 @@ CurveWalk::Walk CurveWalk::cheapest(const std::vector<int>& first, const std::ve
         std::int64_t before = -1;
     };
     // A state is a point of the chain and the move beside it.
-    const auto moves = std::int64_t(2 * curve_of_.size());
+    const std::int64_t moves = 2 * std::int64_t(first_.back());
     std::unordered_map<std::int64_t, Visit> visits;
     using Entry = std::pair<double, std::int64_t>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
@@ -210,29 +230,30 @@ CurveWalk::Walk CurveWalk::cheapest(const std::vector<int>& first, const std::ve
 
 std::vector<int> CurveWalk::first_moves() {
     const Vec3& q = line_.front();
-    std::vector<double> far(curves_.size(), infinity);
+    const int curves = int(features_.curves.size());
+    std::vector<double> far(features_.curves.size(), infinity);
     double nearest = infinity;
-    for (std::size_t c = 0; c < curves_.size(); ++c) {
-        if (curves_[c].arc.empty()) continue;
-        far[c] = curves_[c].penalty * reference_.nearest_on_curve(int(c), q).distance;
-        nearest = std::min(nearest, far[c]);
+    for (int c = 0; c < curves; ++c) {
+        if (count(c) == 0) continue;
+        double& distance = far[std::size_t(c)];
+        distance = penalty(c) * reference_.nearest_on_curve(c, q).distance;
+        nearest = std::min(nearest, distance);
     }
     const double most = start_ratio * (nearest + options_.length_cost_mm);
     std::vector<int> moves;
-    for (std::size_t c = 0; c < curves_.size(); ++c) {
-        if (!(far[c] <= most)) continue;
-        const int count = int(curves_[c].arc.size()) - 1;
+    for (int c = 0; c < curves; ++c) {
+        if (!(far[std::size_t(c)] <= most)) continue;
+        const int steps = count(c);
         std::vector<double> distance;
-        for (int k = 0; k < count; ++k)
-            distance.push_back(curves_[c].penalty *
-                               distance_to_move(number({int(c), k, false}), q));
-        for (int k = 0; k < count; ++k) {
+        for (int k = 0; k < steps; ++k)
+            distance.push_back(penalty(c) * distance_to_move(number({c, k, false}), q));
+        for (int k = 0; k < steps; ++k) {
             const double d = distance[std::size_t(k)];
-            const double before = distance[std::size_t((k + count - 1) % count)];
-            const double after = distance[std::size_t((k + 1) % count)];
+            const double before = distance[std::size_t((k + steps - 1) % steps)];
+            const double after = distance[std::size_t((k + 1) % steps)];
             if (d > before || d > after || d > most + options_.length_cost_mm) continue;
-            moves.push_back(number({int(c), k, false}));
-            moves.push_back(number({int(c), k, true}));
+            moves.push_back(number({c, k, false}));
+            moves.push_back(number({c, k, true}));
         }
     }
     return moves;
@@ -244,17 +265,17 @@ FeaturePath CurveWalk::between(const std::array<Stop, 2>& stops) {
         if (stops[k].corner >= 0) junctions[k] = stops[k].corner + 2;
         add_stop(stops[k], int(k));
     }
-    join();
+    number_steps();
     std::vector<int> last;
-    for (const int m : leaving_[std::size_t(junctions[1])]) last.push_back(m ^ 1);
+    for (const int m : leaving(junctions[1])) last.push_back(m ^ 1);
     const double limit = max_cost_rel * options_.reach_mm * geom::length_of(line_);
-    const Walk walk = cheapest(leaving_[std::size_t(junctions[0])], last, limit);
+    const Walk walk = cheapest(leaving(junctions[0]), last, limit);
     mean_distance_ = walk.mean_distance;
     return path_of(walk.moves);
 }
 
 FeaturePath CurveWalk::round() {
-    join();
+    number_steps();
     Walk best;
     double limit = max_cost_rel * options_.reach_mm * geom::length_of(line_);
     for (const int first : first_moves()) {
@@ -269,11 +290,11 @@ FeaturePath CurveWalk::round() {
     return path_of(best.moves);
 }
 
-FeaturePath CurveWalk::path_of(const std::vector<int>& moves) const {
+FeaturePath CurveWalk::path_of(const std::vector<int>& moves) {
     FeaturePath path;
     for (const int n : moves) {
         const Move m = move(n);
-        const Steps& steps = curves_[std::size_t(m.curve)];
+        const Steps& steps = this->steps(m.curve);
         const bool goes_on =
             !path.empty() && path.back().curve == m.curve && path.back().reversed == m.reversed;
         // Across the start of a closed curve that has no corner there, too.

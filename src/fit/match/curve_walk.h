@@ -3,6 +3,7 @@
 
 #include "fit/match/chain_matcher.h"
 
+#include <deque>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -41,8 +42,12 @@ class CurveWalk {
         std::vector<double> arc;
         std::vector<std::optional<geom::Vec3>> point;  ///< once it was asked for
         std::vector<int> junction;                     ///< of a point; -1: none
-        double penalty = 0.0;                          ///< see kind_mismatch_penalty()
-        int first = 0;  ///< number of step 0, forwards; it has first + 1 backwards
+    };
+    /// A point within a curve at which it is divided besides.
+    struct Division {
+        int curve;
+        double arc;
+        int junction;
     };
     struct Move {
         int curve, step;
@@ -55,17 +60,22 @@ class CurveWalk {
         double mean_distance = 0.0;
     };
 
-    void divide();
+    /// See kind_mismatch_penalty().
+    [[nodiscard]] double penalty(int curve) const;
     /// Divides the curves that the stop lies on there, unless it is a corner.
     void add_stop(const Stop& stop, int junction);
-    void join();
+    void number_steps();
+    /// Of a curve, once they are asked for: walks come near few curves of a model.
+    Steps& steps(int curve);
+    [[nodiscard]] int count(int curve) const;
+    [[nodiscard]] std::vector<int> leaving(int junction);
     [[nodiscard]] Move move(int number) const;
     [[nodiscard]] int number(const Move& m) const;
     /// The point that a move ends at, as a number among those of its curve.
     [[nodiscard]] static int end_of(const Move& m) { return m.reversed ? m.step : m.step + 1; }
-    [[nodiscard]] double length_of(const Move& m) const;
+    [[nodiscard]] double length_of(const Move& m);
     [[nodiscard]] const geom::Vec3& point(int curve, int k);
-    [[nodiscard]] std::vector<int> moves_after(int number) const;
+    [[nodiscard]] std::vector<int> moves_after(int number);
     [[nodiscard]] double distance_to_move(int number, const geom::Vec3& q);
     /// Of the chain's point to the step, times the length that it stands for.
     [[nodiscard]] double point_cost(std::size_t i, int number);
@@ -75,7 +85,7 @@ class CurveWalk {
     [[nodiscard]] std::vector<int> first_moves();
     /// The cheapest walk below a cost from one of the first moves to one of the last ones.
     Walk cheapest(const std::vector<int>& first, const std::vector<int>& last, double limit);
-    [[nodiscard]] FeaturePath path_of(const std::vector<int>& moves) const;
+    [[nodiscard]] FeaturePath path_of(const std::vector<int>& moves);
 
     const geom::ReferenceSurface& reference_;
     const geom::Features& features_;
@@ -83,9 +93,11 @@ class CurveWalk {
     WalkOptions options_;
     const Polyline& line_;
     std::vector<double> share_;  // the length that each point of the chain stands for
-    std::vector<Steps> curves_;
-    std::vector<int> curve_of_;              // by move / 2
-    std::vector<std::vector<int>> leaving_;  // moves, by junction
+    std::vector<Division> divisions_;
+    std::vector<int>
+        first_;  // of each curve's steps; a step's moves are twice its number, and 1 more
+    std::vector<int> slot_;  // of each curve in steps_; -1: not yet asked for
+    std::deque<Steps> steps_;
     double mean_distance_ = 0.0;
 };
 
