@@ -38,9 +38,10 @@ void check_earlier_state(const mesh::Cage& cage, const Source& source) {
 
 void check_fitted_to(const mesh::Cage& cage, const Source& earlier, const Source& source) {
     double farthest = 0.0;
+    const subd::LimitEvaluator limit(cage.topology);
     for (const mesh::VertexId v : cage.topology->vertices()) {
-        const geom::Vec3 limit = subd::limit_position(cage, v);
-        farthest = std::max(farthest, earlier.surface().foot_point(limit).distance);
+        const geom::Vec3 at = limit.position(cage.points, v);
+        farthest = std::max(farthest, earlier.surface().foot_point(at).distance);
     }
     if (farthest <= farthest_rel * earlier.input.diagonal) return;
     throw base::InputError(fmt::format(

@@ -166,8 +166,9 @@ geom::Points singular_points(const Extraction& extraction) {
     for (const CapReport& cap : extraction.caps)
         if (!cap.limit_has_plane || !cap.smooth) vertices.insert(cap.vertex);
     std::vector<geom::Vec3> points;
+    const subd::LimitEvaluator limit(extraction.cage.topology);
     for (const mesh::VertexId v : vertices)
-        points.push_back(subd::limit_position(extraction.cage, v));
+        points.push_back(limit.position(extraction.cage.points, v));
     return rows_of(points);
 }
 

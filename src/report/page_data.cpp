@@ -104,8 +104,9 @@ Json cage_json(const mesh::Cage& cage) {
         edges.push_back(std::uint16_t(topology.end(e).value));
     }
     std::vector<geom::Vec3> found;
+    const subd::LimitEvaluator limit(cage.topology);
     for (const mesh::VertexId v : topology.vertices())
-        if (mesh::is_extraordinary(topology, v)) found.push_back(subd::limit_position(cage, v));
+        if (mesh::is_extraordinary(topology, v)) found.push_back(limit.position(cage.points, v));
     geom::Points extraordinary(Eigen::Index(found.size()), 3);
     for (std::size_t i = 0; i < found.size(); ++i)
         extraordinary.row(Eigen::Index(i)) = found[i].transpose();

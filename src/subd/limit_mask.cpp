@@ -388,9 +388,12 @@ Location corner_location(const mesh::Topology& topology, mesh::CornerId c) {
     return {f, at_end_u(i) ? 1.0 : 0.0, at_end_v(i) ? 1.0 : 0.0, 0};
 }
 
+geom::Vec3 LimitEvaluator::position(const geom::Points& points, mesh::VertexId v) const {
+    return position(points, corner_location(*topology_, topology_->corner(v)));
+}
+
 geom::Vec3 limit_position(const mesh::Cage& cage, mesh::VertexId v) {
-    const mesh::Topology& t = *cage.topology;
-    return LimitEvaluator(cage.topology).position(cage.points, corner_location(t, t.corner(v)));
+    return LimitEvaluator(cage.topology).position(cage.points, v);
 }
 
 }  // namespace patchwright::subd

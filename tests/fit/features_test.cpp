@@ -186,7 +186,7 @@ fit::FeatureMatch match(const mesh::Cage& cage, const geom::ReferenceSurface& re
     const subd::LimitOperator limit(*cage.topology, fit::side_sets(4), curves.sites);
     geom::Points samples;
     limit.apply(cage.points, samples);
-    return fit::match_features(cage, curves, samples, 4, reference, 0.2);
+    return fit::match_features(cage, curves, samples, 4, reference, 0.2, [] {});
 }
 
 double length(const fit::FeaturePath& path) {

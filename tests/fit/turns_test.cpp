@@ -8,6 +8,7 @@
 #include <catch2/catch.hpp>
 
 #include <set>
+#include <stdexcept>
 
 using namespace patchwright;
 using test::Plate;
@@ -23,7 +24,7 @@ TEST_CASE("extraordinary vertices stay where their curve turns sharply", "[fit][
     const Plate plate;
     const fit::CurveSampling curves = fit::curve_sites(*cage.topology);
     const auto samples = fit::curve_points(cage, curves, 4);
-    const auto match = fit::match_features(cage, curves, samples, 4, plate, 0.5);
+    const auto match = fit::match_features(cage, curves, samples, 4, plate, 0.5, [] {});
     std::set<int> turns;
     for (const fit::CurveTarget& turn : match.turns) turns.insert(turn.vertex.value);
     CHECK(turns == std::set<int>{0, 4, 20, 24});
@@ -38,4 +39,23 @@ TEST_CASE("extraordinary vertices stay where their curve turns sharply", "[fit][
     std::size_t i = 0;
     for (const int v : turns)
         CHECK((limit.row(Eigen::Index(i++)) - cage.points.row(v)).norm() < 0.02);
+}
+
+TEST_CASE("matching ends where its poll throws", "[fit][features]") {
+    const mesh::Cage cage = test::grid(4, 4);
+    const Plate plate;
+    const fit::CurveSampling curves = fit::curve_sites(*cage.topology);
+    const auto samples = fit::curve_points(cage, curves, 4);
+    int polls = 0;
+    fit::match_features(cage, curves, samples, 4, plate, 5.0, [&] { ++polls; });
+    REQUIRE(polls > int(curves.chains.size()));
+    for (int last = 1; last <= polls; ++last) {
+        int now = 0;
+        const auto poll = [&] {
+            if (++now == last) throw std::runtime_error("stop");
+        };
+        CHECK_THROWS_AS(fit::match_features(cage, curves, samples, 4, plate, 5.0, poll),
+                        std::runtime_error);
+        CHECK(now == last);
+    }
 }

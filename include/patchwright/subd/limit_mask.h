@@ -97,6 +97,7 @@ class LimitEvaluator {
     /// @throw UsageError when the location is not on the mesh
     [[nodiscard]] Mask mask(const Location& at, int order = 0) const;
     [[nodiscard]] geom::Vec3 position(const geom::Points& points, const Location& at) const;
+    [[nodiscard]] geom::Vec3 position(const geom::Points& points, mesh::VertexId v) const;
     /// @param order  of the highest derivatives that are wanted; others are zero
     [[nodiscard]] LimitPoint evaluate(const geom::Points& points, const Location& at,
                                       int order = 2) const;
@@ -123,7 +124,7 @@ class LimitEvaluator {
     std::unique_ptr<RingTable> table_;
 };
 
-/// Limit position of a control point.
+/// Limit position of a control point. Of many of a cage: LimitEvaluator, made once.
 geom::Vec3 limit_position(const mesh::Cage& cage, mesh::VertexId v);
 
 }  // namespace patchwright::subd

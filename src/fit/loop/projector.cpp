@@ -41,7 +41,8 @@ FeatureMatch match_cage(const mesh::Cage& cage, const CurveSampling& curves,
                         const Points& curve_points, const geom::ReferenceSurface& reference,
                         const FitOptions& options) {
     return match_features(cage, curves, curve_points, options.solver.samples_per_edge, reference,
-                          options.feature_reach_rel * reference.bounds().diagonal());
+                          options.feature_reach_rel * reference.bounds().diagonal(),
+                          [&] { base::report_progress(options.progress, "match", 0.0); });
 }
 
 Projector::Projector(const mesh::Cage& given, const geom::ReferenceSurface& reference,

@@ -4,7 +4,8 @@
 
 namespace patchwright::fit {
 
-std::vector<int> assign(const Eigen::MatrixXd& cost, const Eigen::VectorXd& unassigned) {
+std::vector<int> assign(const Eigen::MatrixXd& cost, const Eigen::VectorXd& unassigned,
+                        const std::function<void()>& poll) {
     const auto rows = static_cast<int>(cost.rows());
     const auto real = static_cast<int>(cost.cols());
     const int columns = real + rows;  // as many more as rows: unassigned, at that cost
@@ -21,6 +22,7 @@ std::vector<int> assign(const Eigen::MatrixXd& cost, const Eigen::VectorXd& unas
         std::vector<char> seen(owner.size(), 0);
         int at = 0;
         while (owner[std::size_t(at)] != 0) {
+            poll();
             seen[std::size_t(at)] = 1;
             const int i = owner[std::size_t(at)];
             double least = std::numeric_limits<double>::infinity();

@@ -36,12 +36,14 @@ double kind_mismatch_penalty(FeatureKind chain, FeatureKind curve) {
 }
 
 ChainMatcher::ChainMatcher(const geom::ReferenceSurface& reference,
-                           const geom::CurveEnds& curve_ends, FeatureKind kind, double reach)
+                           const geom::CurveEnds& curve_ends, FeatureKind kind, double reach,
+                           const std::function<void()>& poll)
     : reference_(reference),
       features_(reference.features()),
       curve_ends_(curve_ends),
       kind_(kind),
       reach_(reach),
+      poll_(poll),
       coincidence_mm_(coincidence_rel * reference.bounds().diagonal()) {}
 
 FeaturePath ChainMatcher::match(Polyline& line, bool closed, std::array<int, 2> ends,
@@ -67,7 +69,8 @@ FeaturePath ChainMatcher::match(Polyline& line, bool closed, std::array<int, 2> 
                    {.kind = kind_,
                     .length_cost_mm = length_cost(),
                     .coincidence_mm = coincidence_mm_,
-                    .reach_mm = allowed},
+                    .reach_mm = allowed,
+                    .poll = poll_},
                    line);
     FeaturePath path = closed ? walk.round() : walk.between(stops);
     return walk.mean_distance() <= allowed && is_bent(path) ? path : FeaturePath{};

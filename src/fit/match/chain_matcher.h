@@ -7,6 +7,7 @@
 #include <patchwright/geom/curve_ends.h>
 
 #include <array>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -41,9 +42,10 @@ double kind_mismatch_penalty(geom::FeatureKind chain, geom::FeatureKind curve);
 class ChainMatcher {
   public:
     /// @param reach  how far a chain may be from its path, on average; millimetres
-    /// @pre `reference` and `curve_ends` outlive it
+    /// @param poll  called while a path is looked for; may throw
+    /// @pre `reference`, `curve_ends` and `poll` outlive it
     ChainMatcher(const geom::ReferenceSurface& reference, const geom::CurveEnds& curve_ends,
-                 geom::FeatureKind kind, double reach);
+                 geom::FeatureKind kind, double reach, const std::function<void()>& poll);
 
     /// @param line  of the chain; is moved with its ends
     /// @param ends  the corners of the reference that the chain's ends have, if any
@@ -74,6 +76,7 @@ class ChainMatcher {
     const geom::CurveEnds& curve_ends_;
     geom::FeatureKind kind_;
     double reach_;
+    const std::function<void()>& poll_;
     double coincidence_mm_;
 };
 

@@ -62,12 +62,14 @@ std::vector<char> crowded_corners(const Features& features, double near) {
 
 std::map<VertexId, int> match_corners(const std::vector<VertexId>& vertices, const Points& points,
                                       const ChainEnds& chains,
-                                      const geom::ReferenceSurface& reference, double reach) {
+                                      const geom::ReferenceSurface& reference, double reach,
+                                      const std::function<void()>& poll) {
     const Features& features = reference.features();
     const std::vector<char> crowded = crowded_corners(features, crowded_rel * reach);
     Eigen::MatrixXd cost(Eigen::Index(vertices.size()), Eigen::Index(features.corners.size()));
     Eigen::VectorXd without(cost.rows());
     for (Eigen::Index i = 0; i < cost.rows(); ++i) {
+        poll();
         const Vec3 at = points.row(vertices[std::size_t(i)].value).transpose();
         const auto here = chains.find(vertices[std::size_t(i)]);
         double far = reach;
@@ -88,7 +90,8 @@ std::map<VertexId, int> match_corners(const std::vector<VertexId>& vertices, con
     }
     // Any corner within reach costs less than none, and none less than one beyond.
     const double none = 2.0 * without.sum();
-    const auto assigned = assign(cost.cwiseMin(4.0 * none), (without.array() + none).matrix());
+    const auto assigned =
+        assign(cost.cwiseMin(4.0 * none), (without.array() + none).matrix(), poll);
     std::map<VertexId, int> result;
     for (std::size_t i = 0; i < vertices.size(); ++i) {
         if (assigned[i] >= 0) result[vertices[i]] = assigned[i];

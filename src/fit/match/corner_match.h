@@ -24,8 +24,10 @@ using ChainEnds = std::map<mesh::VertexId, std::vector<ChainEnd>>;
 /// beyond `reach` or a quarter of the vertex' shortest chain. Where corners of the reference
 /// nearly coincide, as on both sides of a slit, those are taken whose curves run along the vertex'
 /// chains.
+/// @param poll  called for each vertex; may throw
 std::map<mesh::VertexId, int> match_corners(const std::vector<mesh::VertexId>& vertices,
                                             const geom::Points& points, const ChainEnds& chains,
-                                            const geom::ReferenceSurface& reference, double reach);
+                                            const geom::ReferenceSurface& reference, double reach,
+                                            const std::function<void()>& poll);
 
 }  // namespace patchwright::fit

@@ -18,6 +18,8 @@ namespace {
 
 // A curve has not more steps, however short the chain is.
 constexpr int max_steps = 4096;
+// States between two polls: a millisecond or so.
+constexpr std::size_t states_a_poll = 4096;
 // A closed walk may begin on curves this much farther from the chain's first point than the nearest
 // one, as on both sides of a fillet that the chain runs along.
 constexpr double start_ratio = 3.0;
@@ -200,7 +202,8 @@ CurveWalk::Walk CurveWalk::cheapest(const std::vector<int>& first, const std::ve
     Walk walk;
     const std::size_t goal = line_.size() - 1;
     std::int64_t state = -1;
-    while (!open.empty()) {
+    for (std::size_t visited = 0; !open.empty(); ++visited) {
+        if (visited % states_a_poll == 0) options_.poll();
         double cost = 0.0;
         std::tie(cost, state) = open.top();
         open.pop();

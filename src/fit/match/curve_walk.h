@@ -4,6 +4,7 @@
 #include "fit/match/chain_matcher.h"
 
 #include <deque>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -15,6 +16,7 @@ struct WalkOptions {
     double length_cost_mm = 0.0;  ///< added to all distances: the shorter of two walks costs less
     double coincidence_mm = 0.0;  ///< stops belong to curves that are nearer than this
     double reach_mm = 0.0;        ///< walks that are farther on average are not looked for
+    std::function<void()> poll = [] {};  ///< called while walks are looked for; may throw
 };
 
 /// Walks go forward, never back, while the chain is followed from point to point. They cost the

@@ -39,7 +39,7 @@ void assign_parallel_curves(const std::vector<EdgeChain>& chains,
                             const std::vector<Polyline>& lines,
                             const geom::ReferenceSurface& reference,
                             const geom::CurveEnds& curve_ends, double reach,
-                            std::vector<FeaturePath>& paths) {
+                            const std::function<void()>& poll, std::vector<FeaturePath>& paths) {
     const Features& features = reference.features();
     using Key = std::pair<std::pair<int, int>, FeatureKind>;
     std::map<Key, std::vector<std::size_t>> groups;
@@ -59,13 +59,15 @@ void assign_parallel_curves(const std::vector<EdgeChain>& chains,
                 std::pair<int, int>(std::minmax(curve.start_corner, curve.end_corner)) == key.first)
                 curves.push_back(int(c));
         }
-        const ChainMatcher matcher(reference, curve_ends, key.second, reach);
+        poll();
+        const ChainMatcher matcher(reference, curve_ends, key.second, reach, poll);
         Eigen::MatrixXd cost(Eigen::Index(group.size()), Eigen::Index(curves.size()));
         for (Eigen::Index i = 0; i < cost.rows(); ++i)
             for (Eigen::Index j = 0; j < cost.cols(); ++j)
                 cost(i, j) = matcher.distance(curves[std::size_t(j)], lines[group[std::size_t(i)]]);
         const double unassigned = 1.0 + 2.0 * cost.sum();  // more than any assignment
-        const auto assigned = assign(cost, Eigen::VectorXd::Constant(cost.rows(), unassigned));
+        const auto assigned =
+            assign(cost, Eigen::VectorXd::Constant(cost.rows(), unassigned), poll);
         for (std::size_t i = 0; i < group.size(); ++i) {
             if (assigned[i] < 0) continue;
             const int number = curves[std::size_t(assigned[i])];
@@ -123,6 +125,7 @@ ChainEnds ends_of(const std::vector<EdgeChain>& chains, const std::vector<Polyli
 
 /// How far the ends of an open chain may go for the end of a curve.
 std::array<LooseEnd, 2> loose_ends(const EdgeChain& chain, double length, const mesh::Cage& cage,
+                                   const subd::LimitEvaluator& limit,
                                    const std::vector<VertexId>& fixed, const ChainEnds& chain_ends,
                                    double reach) {
     const std::size_t last = chain.vertices.size() - 1;
@@ -136,7 +139,7 @@ std::array<LooseEnd, 2> loose_ends(const EdgeChain& chain, double length, const 
         const bool joins = chain_ends.at(end).size() > 2;
         // Both ends of a chain are not to go to the same place.
         const double near = std::min((at - before).norm(), 0.5 * length);
-        loose[k] = {at, subd::limit_position(cage, end), joins ? reach : dart ? near : 0.0, dart};
+        loose[k] = {at, limit.position(cage.points, end), joins ? reach : dart ? near : 0.0, dart};
     }
     return loose;
 }
@@ -211,7 +214,8 @@ std::vector<CurveTarget> turns_of(const mesh::Topology& topology, const Points& 
 
 FeatureMatch match_features(const mesh::Cage& cage, const CurveSampling& curves,
                             const Points& samples, int samples_per_site,
-                            const geom::ReferenceSurface& reference, double reach) {
+                            const geom::ReferenceSurface& reference, double reach,
+                            const std::function<void()>& poll) {
     const mesh::Topology& topology = *cage.topology;
     const Points& points = cage.points;
     const Features& features = reference.features();
@@ -220,26 +224,28 @@ FeatureMatch match_features(const mesh::Cage& cage, const CurveSampling& curves,
     for (const EdgeChain& chain : curves.chains)
         lines.push_back(chain_line(chain, points, samples, samples_per_site, fixed));
     const ChainEnds chain_ends = ends_of(curves.chains, lines);
-    const auto corners = match_corners(fixed, points, chain_ends, reference, reach);
+    const auto corners = match_corners(fixed, points, chain_ends, reference, reach, poll);
     const geom::CurveEnds curve_ends =
         geom::curve_ends(features, coincidence_rel * reference.bounds().diagonal());
+    const subd::LimitEvaluator limit(cage.topology);
     FeatureMatch result;
     std::vector<std::array<int, 2>> chain_corners(lines.size(), {-1, -1});
     std::map<VertexId, Vec3> targets;
     std::map<VertexId, bool> has_path;  // any chain of a fixed vertex
     for (std::size_t i = 0; i < lines.size(); ++i) {
+        poll();
         const EdgeChain& chain = curves.chains[i];
         const std::array<VertexId, 2> ends{chain.vertices.front(), chain.vertices.back()};
         std::array<LooseEnd, 2> loose;
         if (!chain.closed) {
-            loose = loose_ends(chain, length_of(lines[i]), cage, fixed, chain_ends, reach);
+            loose = loose_ends(chain, length_of(lines[i]), cage, limit, fixed, chain_ends, reach);
             for (std::size_t k = 0; k < 2; ++k) {
                 const auto corner = corners.find(ends[k]);
                 if (corner != corners.end()) chain_corners[i][k] = corner->second;
             }
         }
         std::array<Stop, 2> stops;
-        result.paths.push_back(ChainMatcher(reference, curve_ends, feature_kind(chain), reach)
+        result.paths.push_back(ChainMatcher(reference, curve_ends, feature_kind(chain), reach, poll)
                                    .match(lines[i], chain.closed, chain_corners[i], loose, stops));
         const bool found = !result.paths.back().empty();
         for (std::size_t k = 0; k < 2 && !chain.closed; ++k) {
@@ -253,7 +259,7 @@ FeatureMatch match_features(const mesh::Cage& cage, const CurveSampling& curves,
             if (found) targets.try_emplace(ends[k], stops[k].point);
         }
     }
-    assign_parallel_curves(curves.chains, chain_corners, lines, reference, curve_ends, reach,
+    assign_parallel_curves(curves.chains, chain_corners, lines, reference, curve_ends, reach, poll,
                            result.paths);
     for (const auto& [vertex, corner] : corners) {
         // A corner whose sharp edges belong to nothing is no corner of the reference.

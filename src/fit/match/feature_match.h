@@ -5,6 +5,7 @@
 
 #include <patchwright/geom/reference_surface.h>
 
+#include <functional>
 #include <vector>
 
 namespace patchwright::fit {
@@ -48,9 +49,11 @@ struct FeatureMatch {
 /// kind between these corners. Corners farther than `reach` and chains that are farther on average
 /// than `reach`, or a tenth of their length if that is more, belong to nothing.
 /// @param samples  limit points of the sites of `curves`, `samples_per_site` each
+/// @param poll  called in every loop that may take long; may throw
 FeatureMatch match_features(const mesh::Cage& cage, const CurveSampling& curves,
                             const geom::Points& samples, int samples_per_site,
-                            const geom::ReferenceSurface& reference, double reach);
+                            const geom::ReferenceSurface& reference, double reach,
+                            const std::function<void()>& poll);
 
 /// @pre the path is not empty
 geom::FeaturePoint nearest_on_path(const geom::ReferenceSurface& reference, const FeaturePath& path,

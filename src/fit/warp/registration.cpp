@@ -81,8 +81,9 @@ std::vector<subd::Site> some_face_sites(const mesh::Topology& topology) {
 
 Points limit_positions(const mesh::Cage& cage) {
     Points limits(cage.points.rows(), 3);
+    const subd::LimitEvaluator limit(cage.topology);
     for (const mesh::VertexId v : cage.topology->vertices())
-        limits.row(v.value) = subd::limit_position(cage, v).transpose();
+        limits.row(v.value) = limit.position(cage.points, v).transpose();
     return limits;
 }
 
