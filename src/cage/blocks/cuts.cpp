@@ -34,8 +34,10 @@ constexpr double angle_unit_rad = 0.6, at_corner = 2.0, from_reflex = -1.0;
 // A cut costs this in lengths of the root of the piece's area; it gains by joining two borders and
 // by ends on nodes.
 constexpr double by_length = 0.7, other_border = -0.5, has_node = -0.15;
-// All gains together: a cut that is worse by more before they are known need not be looked at.
-constexpr double most_gained = 3.0;
+// All gains together: a cut that costs more by its length alone need not be looked at.
+constexpr double most_gained = -(2.0 * from_reflex + other_border + 2.0 * has_node);
+// Above the rounding of lengths and costs.
+constexpr double rounding_rel = 1e-12;
 // A cut that ends this near to a node, of its length, leaves a sliver of a block and costs so much.
 constexpr double node_reach = 0.3, node_penalty = 0.8;
 // Of the difference from four corners, squared, on either side.
@@ -126,14 +128,14 @@ class Directions {
     const geom::EditableMesh& mesh_;
 };
 
-/// Shortest ways from a border point through the inside.
-geom::ShortestPaths ways_from(const CutPiece& piece, int source) {
+/// Shortest ways from a border point through the inside, as far as `longest`.
+geom::ShortestPaths ways_from(const CutPiece& piece, int source, double longest) {
     const int border = piece.border_count();
     return geom::shortest_paths(piece.vertices.size(), {{source, 0.0}},
                                 [&](int i, double length, const auto& reach) {
                                     if (i < border && i != source) return;
                                     for (const auto& [j, step] : piece.neighbours[at(i)])
-                                        reach(j, length + step);
+                                        if (length + step <= longest) reach(j, length + step);
                                 });
 }
 
@@ -182,11 +184,13 @@ class CutSearch {
         std::optional<Cut> best;
         for (const int source : sources()) {
             poll_();
-            const geom::ShortestPaths search = ways_from(piece_, source);
+            const double longest = (least + most_gained) * scale_ / by_length;
+            const geom::ShortestPaths search =
+                ways_from(piece_, source, (1.0 + rounding_rel) * longest);
             for (int target = 0; target < piece_.border_count(); ++target) {
-                if (target == source || !allowed(source, target)) continue;
-                const double length = search.length[at(target)];
-                if (!(length < infinity)) continue;
+                if (target == source || !(search.length[at(target)] < infinity) ||
+                    !allowed(source, target))
+                    continue;
                 const auto candidate = judge(search, source, target, least);
                 if (candidate) best = candidate;
             }
