@@ -50,8 +50,8 @@ constexpr double few_faces = 0.1;
 bool has_sizes_of_shape(CageKind kind) {
     return kind == CageKind::Field || kind == CageKind::Blocks || kind == CageKind::Remeshed;
 }
-/// Their lines lie where they are to stay: those of coarser cages have their way to go
-/// (FitOptions::Solver::tangential_scale_rel, decision 087).
+/// Their lines lie where they are to stay, but not evenly: those of coarser cages have their way to
+/// go (FitOptions::Solver::tangential_scale_rel, decision 087).
 constexpr double sized_tangential_scale_rel = 0.3;
 
 Growth growth_of(CageKind kind, int faces) {
@@ -134,6 +134,7 @@ void AttemptRunner::fit(Attempt& attempt) {
         .crease_rule = options_.crease_rule,
         .interpolate = options_.interpolate,
         .progress = told(budget_.limited())};
+    // Recognised shapes gather lines on purpose (decision 090).
     fitting.solver.evens_lines = attempt.kind != CageKind::Sections;
     if (has_sizes_of_shape(attempt.kind))
         fitting.solver.tangential_scale_rel = sized_tangential_scale_rel;

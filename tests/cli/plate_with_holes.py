@@ -1,8 +1,9 @@
-"""Writes a control mesh with sharp edges of a plate with N x N square holes, which is its own limit surface: what matching costs.
+"""Writes a control mesh with sharp edges of a plate with N x N square holes, which is its own limit surface: what layout and
+matching of features cost.
 
 Usage: plate_with_holes.py N FILE.obj
 
-Then `export FILE.obj -o FILE.step` and `fit FILE.step --cage FILE.obj --max-levels 0 -o FITTED.obj`.
+Then `export FILE.obj -o FILE.step`, and `fit FILE.step --cage FILE.obj --max-levels 0 -o FITTED.obj` or `cage FILE.step -o CAGE.obj`.
 """
 import sys
 

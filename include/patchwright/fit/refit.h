@@ -19,7 +19,8 @@ struct WarpStage {
 };
 
 struct RefitOptions {
-    FitOptions fit;  ///< max_levels and refinement have no effect
+    /// Levels, refinement, crease rule and how lines are held (FitOptions::Solver) have no effect.
+    FitOptions fit;
     /// To the reference, from what the cage was fitted to; null: not known.
     const ModelChange* change = nullptr;
 };

@@ -97,6 +97,7 @@ class LimitEvaluator {
     /// @throw UsageError when the location is not on the mesh
     [[nodiscard]] Mask mask(const Location& at, int order = 0) const;
     [[nodiscard]] geom::Vec3 position(const geom::Points& points, const Location& at) const;
+    /// Of a control point.
     [[nodiscard]] geom::Vec3 position(const geom::Points& points, mesh::VertexId v) const;
     /// @param order  of the highest derivatives that are wanted; others are zero
     [[nodiscard]] LimitPoint evaluate(const geom::Points& points, const Location& at,

@@ -96,9 +96,8 @@ class CurveWalk {
     const Polyline& line_;
     std::vector<double> share_;  // the length that each point of the chain stands for
     std::vector<Division> divisions_;
-    std::vector<int>
-        first_;  // of each curve's steps; a step's moves are twice its number, and 1 more
-    std::vector<int> slot_;  // of each curve in steps_; -1: not yet asked for
+    std::vector<int> first_;  // step of each curve; moves are twice a step's number, and 1 more
+    std::vector<int> slot_;   // of each curve in steps_; -1: not yet asked for
     std::deque<Steps> steps_;
     double mean_distance_ = 0.0;
 };
