@@ -1,5 +1,5 @@
-#include "cage/blocks/brep_cage.h"
-#include "cage/field/field_blocks.h"
+#include "cage/blocks/block_borders.h"
+#include "cage/field/body_blocks.h"
 #include "cage/kept_curves.h"
 #include "cage/poll.h"
 #include "cage/remesh/mesh_part.h"
@@ -186,7 +186,7 @@ LaidOut lay_out_blocks(const SurfaceBody& body, const BlockBorders& borders,
         if (!by_field) text += fmt::format(", no blocks by a cross field ({})", of_field.refused);
     }
     if (options.blocks != BlockWay::Field) {
-        of_faces = brep_blocks(body, borders.of_faces, reference, names, options, poll, scale);
+        of_faces = face_blocks(body, borders.of_faces, reference, names, options, poll, scale);
         along_faces = extraordinary_vertices(of_faces, most_quads);
         if (!along_faces) text += fmt::format(", no blocks along its faces ({})", of_faces.refused);
         faces_refused = faces_refused || !along_faces;

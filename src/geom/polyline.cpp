@@ -20,6 +20,12 @@ std::vector<double> arc_lengths(const Polyline& line) {
     return lengths;
 }
 
+std::vector<double> arc_length_shares(const Polyline& line) {
+    std::vector<double> lengths = arc_lengths(line);
+    for (double& l : lengths) l /= std::max(lengths.back(), 1e-300);
+    return lengths;
+}
+
 Vec3 point_along(const Polyline& line, double share) {
     double left = share * length_of(line);
     for (std::size_t i = 1; i < line.size(); ++i) {

@@ -12,6 +12,8 @@ using Polyline = std::vector<Vec3>;
 double length_of(const Polyline& line);
 /// At each point, from 0.  @pre there are points
 std::vector<double> arc_lengths(const Polyline& line);
+/// The same as shares of its length, 0 to 1.
+std::vector<double> arc_length_shares(const Polyline& line);
 /// At a share of its length.  @pre there are points
 Vec3 point_along(const Polyline& line, double share);
 /// The part between two shares of its length.

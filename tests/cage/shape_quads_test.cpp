@@ -1,6 +1,7 @@
 // Points of quads that fold or are out of step, moved within a model.
 #include "cage/blocks/shape_quads.h"
 
+#include "cage/blocks/folded_quads.h"
 #include "support/triangle_shapes.h"
 
 #include <patchwright/geom/mesh_reference.h>

@@ -1,7 +1,6 @@
 // Blocks with pieces of their own, lines without edges, and quads along coordinates.
 #include "cage/field/whole_blocks.h"
 
-#include "cage/blocks/arc_sizes.h"
 #include "cage/blocks/folded_quads.h"
 #include "cage/field/grid_vertices.h"
 #include "cage/field/map_grid.h"

@@ -24,17 +24,11 @@ inline double wanted_edges(const LayoutArc& arc) { return std::max(0.5, arc.want
 /// Stands for no edge, of which there is no logarithm.
 constexpr double no_edge = 0.05;
 
-/// What an arc costs that has n edges.
-enum class Deviation {
-    Squared,     ///< (n - wanted)^2 / wanted
-    Logarithmic  ///< wanted log^2(n / wanted): near n = wanted the same, and half as many edges as
-                 ///< wanted are as bad as twice as many, so that noses get theirs, and none is best
-                 ///< where a single one would be far longer than wide
-};
-
-inline double division_penalty(const LayoutArc& arc, int n, Deviation deviation) {
+/// What an arc costs that has n edges: wanted log^2(n / wanted), near n = wanted as
+/// (n - wanted)^2 / wanted. Half as many edges as wanted are as bad as twice as many, so that noses
+/// get theirs, and none is best where a single one would be far longer than wide.
+inline double division_penalty(const LayoutArc& arc, int n) {
     const double w = wanted_edges(arc);
-    if (deviation == Deviation::Squared) return (n - w) * (n - w) / w;
     const double wanted = std::max(arc.wanted, no_edge);
     const double l = std::log(std::max(double(n), no_edge) / wanted);
     return w * l * l;

@@ -41,11 +41,9 @@ constexpr double cost_of_arc = 0.5;
 
 class Divider {
   public:
-    Divider(const QuadLayout& layout, Poll& poll, Deviation deviation,
-            std::optional<Divisions> start)
+    Divider(const QuadLayout& layout, Poll& poll, std::optional<Divisions> start)
         : layout_(layout),
           poll_(poll),
-          deviation_(deviation),
           uses_(layout.arcs.size()),
           corner_side_(layout.blocks.size(), -1) {
         if (start) {
@@ -146,7 +144,7 @@ class Divider {
     }
 
     [[nodiscard]] double penalty(int a, int n) const {
-        return division_penalty(layout_.arcs[at(a)], n, deviation_);
+        return division_penalty(layout_.arcs[at(a)], n);
     }
 
     [[nodiscard]] double gain(const std::vector<int>& arcs) const {
@@ -261,7 +259,6 @@ class Divider {
 
     const QuadLayout& layout_;
     Poll& poll_;
-    Deviation deviation_;
     std::vector<std::vector<SideUse>> uses_;
     /// One a block: the side after which strips may go around the corner, no other; -1: any.
     std::vector<int> corner_side_;
@@ -270,9 +267,8 @@ class Divider {
 
 }  // namespace
 
-Divisions divide_arcs(const QuadLayout& layout, Poll& poll, Deviation deviation,
-                      std::optional<Divisions> start) {
-    return Divider(layout, poll, deviation, std::move(start)).divide();
+Divisions divide_arcs(const QuadLayout& layout, Poll& poll, std::optional<Divisions> start) {
+    return Divider(layout, poll, std::move(start)).divide();
 }
 
 }  // namespace patchwright::cage

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "cage/blocks/block_layout.h"
-#include "cage/blocks/division_costs.h"
 #include "cage/poll.h"
 
 #include <optional>
@@ -39,7 +38,6 @@ inline int edges_of(const BlockSide& side, const Divisions& divisions) {
 /// @throw LayoutRefused when no strip can cross an arc
 /// @param start  valid but for arcs that have less than they must; without one there are no edges
 Divisions divide_arcs(const QuadLayout& layout, Poll& poll,
-                      Deviation deviation = Deviation::Squared,
                       std::optional<Divisions> start = std::nullopt);
 
 }  // namespace patchwright::cage

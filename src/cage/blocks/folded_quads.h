@@ -11,26 +11,20 @@
 
 namespace patchwright::cage {
 
+/// Sine of the angle at a quad's corner k as seen against a unit normal.
+double corner_sine(const std::vector<geom::Vec3>& points, const std::vector<int>& face, int k,
+                   const geom::Vec3& normal);
+
 /// Half the cross product of the diagonals.
 geom::Vec3 quad_area(const Blocks& blocks, std::size_t face);
 geom::Vec3 quad_middle(const Blocks& blocks, std::size_t face);
 /// Of a quad's four corners, as seen against its own normal.
 double least_sine(const Blocks& blocks, std::size_t face);
 
-/// Quads must face as the model does and may be concave a little, at one corner: the fit makes that
-/// good. What has two such corners is folded.
-std::vector<std::size_t> folded_quads(const Blocks& blocks, const geom::ModelSurface& reference,
-                                      Poll& poll);
-
-/// Share of quads that fold above which moving points opens some of them only and is not worth its
-/// time, nor are finer edges.
-constexpr double most_folded = 0.04;
-
 /// Gives quads the names of the faces that they are on.
 /// @param face_names  one a face of the model
-/// @param for_good    whether LayoutRefused says so when more than most_folded fold
-/// @throw LayoutRefused when quads fold
+/// @throw LayoutRefused when quads fold; for good when more than one in 25 do
 Blocks checked(Blocks blocks, const geom::ModelSurface& reference,
-               const std::vector<std::string>& face_names, bool for_good, Poll& poll);
+               const std::vector<std::string>& face_names, Poll& poll);
 
 }  // namespace patchwright::cage

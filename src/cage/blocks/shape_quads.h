@@ -1,7 +1,6 @@
 // Points of quads are moved within the model to where the quads have good shapes.
 #pragma once
 
-#include "cage/blocks/untangle.h"
 #include "cage/poll.h"
 
 #include <patchwright/geom/model_surface.h>
@@ -10,6 +9,12 @@
 #include <vector>
 
 namespace patchwright::cage {
+
+/// Where a point may go.
+struct Freedom {
+    bool free = true;  ///< anywhere on the surface
+    int curve = -1;    ///< if not free: along this feature; -1: nowhere
+};
 
 /// Quads whose points are on a model.
 struct QuadsOnModel {

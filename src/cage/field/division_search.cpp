@@ -24,9 +24,7 @@ constexpr int passes_between = 3;
 /// Signs with which an insertion at a corner adds to side 0 less side 2, and to side 1 less side 3.
 constexpr std::array<std::array<int, 2>, 4> corner_signs{{{1, 1}, {-1, 1}, {-1, -1}, {1, -1}}};
 
-double penalty(const LayoutArc& arc, int n) {
-    return division_penalty(arc, n, Deviation::Logarithmic);
-}
+double penalty(const LayoutArc& arc, int n) { return division_penalty(arc, n); }
 
 /// Length over width.
 double slenderness(const QuadLayout& layout, const LayoutBlock& block) {

@@ -6,7 +6,7 @@
 
 namespace patchwright::cage {
 
-/// Of all arcs Deviation::Logarithmic; of valence-3 insertions a dozen for the first strip around
+/// Of all arcs division_penalty(); of valence-3 insertions a dozen for the first strip around
 /// a corner and half for each further one, times length over width of the block: in a slender block
 /// lines around a corner are far from straight across it.
 double cost_of_divisions(const QuadLayout& layout, const Divisions& divisions);

@@ -18,9 +18,6 @@ using base::at;
 
 namespace {
 
-// Fewest edges of a closed feature: quads on both sides would share two.
-constexpr int fewest_of_loop = 4;
-
 int widest(const QuadLayout& layout, const std::vector<int>& arcs) {
     return *std::max_element(arcs.begin(), arcs.end(), [&](int a, int b) {
         return layout.arcs[at(a)].wanted < layout.arcs[at(b)].wanted;
@@ -247,8 +244,8 @@ std::map<int, int> least_apart(const QuadLayout& layout, const Divisions& divisi
 Divisions divisions_apart(QuadLayout& layout, Poll& poll) {
     std::optional<Divisions> divisions;
     while (true) {
-        divisions = improved_divisions(
-            layout, divide_arcs(layout, poll, Deviation::Logarithmic, std::move(divisions)), poll);
+        divisions =
+            improved_divisions(layout, divide_arcs(layout, poll, std::move(divisions)), poll);
         const std::map<int, int> least = least_apart(layout, *divisions);
         if (least.empty()) return *divisions;
         for (const auto& [arc, edges] : least) layout.arcs[at(arc)].least = edges;

@@ -1,6 +1,6 @@
-#include "cage/blocks/line_shares.h"
 #include "cage/blocks/piece_blocks.h"
 #include "cage/field/whole_blocks.h"
+#include "geom/polyline.h"
 
 #include <patchwright/base/numbers.h>
 
@@ -68,7 +68,8 @@ class Insertions {
     }
 
     [[nodiscard]] static std::vector<double> shares(const LayoutArc& arc) {
-        return arc.shares.size() == arc.points.size() ? arc.shares : shares_of(arc.points);
+        return arc.shares.size() == arc.points.size() ? arc.shares
+                                                      : geom::arc_length_shares(arc.points);
     }
 
     [[nodiscard]] static Stop stop_at(const LayoutArc& arc, double share) {

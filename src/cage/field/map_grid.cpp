@@ -157,7 +157,7 @@ Blocks map_grid(const QuadLayout& layout, const Divisions& divisions, const Size
                 const geom::ModelSurface& reference, const std::vector<std::string>& face_names,
                 Poll& poll) {
     return checked(MapGrid(layout, divisions, metric, reference, poll).make(), reference,
-                   face_names, true, poll);
+                   face_names, poll);
 }
 
 }  // namespace patchwright::cage

@@ -1,8 +1,8 @@
 #include "cage/field/size_metric.h"
 
-#include "cage/blocks/arc_sizes.h"
 #include "cage/remesh/size_field.h"
 #include "geom/angle.h"
+#include "geom/polyline.h"
 
 #include <patchwright/base/numbers.h>
 
@@ -15,6 +15,7 @@
 #include <optional>
 #include <set>
 #include <tuple>
+#include <utility>
 
 namespace patchwright::cage {
 
@@ -309,6 +310,25 @@ std::map<std::pair<int, int>, double> SizeMetric::side_weights(const FlatPiece& 
     }
     for (auto& [side, weight] : weights) weight = std::max(weight, least_weight);
     return weights;
+}
+
+void set_least(QuadLayout& layout) {
+    std::map<std::pair<int, int>, LayoutArc*> shortest;
+    for (LayoutArc& arc : layout.arcs) {
+        if (arc.start == arc.end) {
+            arc.least = fewest_of_loop;
+            continue;
+        }
+        LayoutArc*& first = shortest[std::minmax(arc.start, arc.end)];
+        if (first == nullptr) {
+            first = &arc;
+            continue;
+        }
+        LayoutArc& longer = geom::length_of(arc.points) < geom::length_of(first->points)
+                                ? *std::exchange(first, &arc)
+                                : arc;
+        longer.least = 2;  // quads on both sides would share two edges
+    }
 }
 
 void set_wanted(QuadLayout& layout, const SizeMetric& metric, const geom::ModelSurface& reference,

@@ -50,6 +50,13 @@ class SizeMetric {
     std::vector<std::vector<Eigen::Matrix3d>> metric_;  ///< by piece and triangle
 };
 
+/// Fewest edges of a closed line: quads on both sides would share two.
+constexpr int fewest_of_loop = 4;
+
+/// Raises LayoutArc::least: loops need several edges, and so do arcs between the same two nodes but
+/// for the shortest one.
+void set_least(QuadLayout& layout);
+
 /// Sets LayoutArc::wanted, shares and least, which is 0 where set_least() asks for nothing: by the
 /// metric lengths of arcs and of lines through their blocks, so that what bends inside a block only
 /// is not missed, and by how arcs on features bend.

@@ -1,7 +1,7 @@
 #include "cage/field/whole_blocks.h"
 
-#include "cage/blocks/line_shares.h"
 #include "cage/field/cut_disc.h"
+#include "geom/polyline.h"
 
 #include <patchwright/base/numbers.h>
 
@@ -140,7 +140,7 @@ void set_piece(QuadLayout& layout, LayoutBlock& block, CutDisc& disc, const Bloc
             for (const int v : arc) line.push_back(disc.point(v));
         const std::size_t next = border.size() + line.size();
         line.push_back(disc.point(vertices[next % vertices.size()]));
-        const std::vector<double> shares = shares_of(line);
+        const std::vector<double> shares = geom::arc_length_shares(line);
         const Vec2 from(corners[s][0], corners[s][1]),
             to(corners[(s + 1) % 4][0], corners[(s + 1) % 4][1]);
         block.flat[s].clear();

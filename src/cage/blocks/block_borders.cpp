@@ -1,15 +1,10 @@
-#include "cage/blocks/brep_cage.h"
-
-#include "cage/blocks/arc_sizes.h"
-#include "cage/blocks/block_grid.h"
-#include "cage/blocks/brep_layout.h"
-#include "cage/blocks/divisions.h"
-#include "cage/blocks/layout_mesh.h"
+#include "cage/blocks/block_borders.h"
 
 #include <patchwright/base/numbers.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
@@ -25,15 +20,6 @@ namespace {
 // when they differ by this share of the larger one; that must turn by a radian over the diagonal at
 // least, as what is almost flat jumps by noise.
 constexpr double jump_step_rel = 2e-3, least_change = 0.5, least_bend = 1.0;
-// How far the model may stick out of a quad, of the root of its area: more, and finer blocks are
-// made, by this factor, in at most so many rounds and only up to so many quads.
-constexpr double most_sag = 0.3, finer = 0.7;
-constexpr int most_layout_rounds = 4;
-constexpr std::size_t many_quads = 1000;
-// Rounds in which all blocks may be refused before their layout is: finer ones may not fold.
-constexpr int most_refused = 2;
-// Tolerances that blocks are made for as well when those for the one asked for are refused.
-constexpr double fine_rel = 1e-4, loose_rel = 1e-3;
 
 /// The triangles of all edges.
 class EdgeTriangles {
@@ -153,53 +139,6 @@ void keep_seams(const geom::SurfaceMesh& mesh, const EdgeTriangles& sides,
     }
 }
 
-/// How far points between the corners of quads are from the model, of the roots of their areas.
-double worst_sag(const Blocks& blocks, const geom::ModelSurface& reference, Poll& poll) {
-    double worst = 0.0;
-    for (const auto& face : blocks.faces) {
-        poll();
-        std::array<Vec3, 4> p;
-        for (std::size_t k = 0; k < 4; ++k) p[k] = blocks.points[at(face[k])];
-        const Vec3 area = 0.5 * (p[2] - p[0]).cross(p[3] - p[1]);
-        for (const auto& [u, v] :
-             {std::pair{0.5, 0.5}, {0.25, 0.25}, {0.75, 0.25}, {0.75, 0.75}, {0.25, 0.75}}) {
-            const Vec3 q =
-                (1 - u) * (1 - v) * p[0] + u * (1 - v) * p[1] + u * v * p[2] + (1 - u) * v * p[3];
-            worst = std::max(worst, reference.foot_point(q, area.normalized()).distance /
-                                        std::sqrt(area.norm()));
-        }
-    }
-    return worst;
-}
-
-/// @throw LayoutRefused
-QuadLayout layout_of(const SurfaceBody& body, const std::vector<char>& borders,
-                     double tolerance_rel, const geom::ModelSurface& reference, Poll& poll) {
-    geom::EditableMesh mesh = layout_mesh(body, borders, tolerance_rel, reference, poll);
-    return brep_layout(mesh, reference, poll);
-}
-
-/// @throw LayoutRefused
-Blocks blocks_of(QuadLayout& layout, ArcSizes sizes, const geom::ModelSurface& reference,
-                 const std::vector<std::string>& face_names, Poll& poll) {
-    // What sticks out of the middle of a block is seen by no line along it, unless there are many.
-    std::optional<Blocks> last;
-    for (int round = 0;; ++round, sizes.scale *= finer) {
-        set_wanted(layout, reference, sizes, poll);
-        try {
-            last = block_grid(layout, divide_arcs(layout, poll), reference, face_names, poll);
-        } catch (const LayoutRefused&) {
-            if (last) break;
-            if (round == most_refused) throw;
-            continue;
-        }
-        if (round == most_layout_rounds || last->faces.size() > many_quads ||
-            worst_sag(*last, reference, poll) < most_sag)
-            break;
-    }
-    return std::move(*last);
-}
-
 }  // namespace
 
 std::vector<char> block_borders(const geom::SurfaceMesh& surface,
@@ -210,37 +149,6 @@ std::vector<char> block_borders(const geom::SurfaceMesh& surface,
     keep_jumps(surface, sides, reference, borders, poll);
     keep_seams(surface, sides, borders);
     return borders;
-}
-
-BodyBlocks brep_blocks(const SurfaceBody& body, const std::vector<char>& borders,
-                       const geom::ModelSurface& reference,
-                       const std::vector<std::string>& face_names, const CageOptions& options,
-                       Poll& poll, double scale) {
-    BodyBlocks result;
-    bool for_good = false;
-    const auto attempt = [&](double of_triangles, const std::vector<double>& of_edges) {
-        std::optional<QuadLayout> layout;
-        for (const double tolerance_rel : of_edges) {
-            try {
-                if (!layout) layout = layout_of(body, borders, of_triangles, reference, poll);
-                const ArcSizes sizes{
-                    .tolerance_rel = tolerance_rel, .fineness = options.fineness, .scale = scale};
-                result.blocks = blocks_of(*layout, sizes, reference, face_names, poll);
-                return true;
-            } catch (const LayoutRefused& refusal) {
-                if (result.refused.empty()) result.refused = refusal.why;
-                for_good = refusal.for_good;
-                if (!layout) return false;
-            }
-        }
-        return false;
-    };
-    std::vector<double> of_edges{options.tolerance_rel};
-    if (options.tolerance_rel < loose_rel) of_edges.push_back(loose_rel);
-    if (attempt(options.tolerance_rel, of_edges) ||
-        (options.tolerance_rel > fine_rel && !for_good && attempt(fine_rel, {fine_rel})))
-        result.refused.clear();
-    return result;
 }
 
 }  // namespace patchwright::cage

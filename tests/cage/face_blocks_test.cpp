@@ -1,6 +1,5 @@
 // Blocks along the faces of models whose CAD is the limit surface of a cage that only the test
 // knows.
-#include "cage/blocks/untangle.h"
 #include "shape.h"
 #include "support/cages.h"
 
@@ -13,6 +12,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <set>
+#include <utility>
 
 namespace patchwright {
 namespace {
@@ -48,6 +50,44 @@ struct Cushion {
         for (int v = 0; v < 4; ++v) tags.corners.push_back({v, mesh::infinite_sharpness});
     }
 };
+
+/// The surface of a plate of n x n square holes of one cell each, all edges sharp.
+mesh::Cage plate_with_holes(int n) {
+    const auto is_solid = [&](int i, int j, int k) {
+        const auto inside = [&](int c) { return c >= 0 && c <= 2 * n; };
+        return inside(i) && inside(j) && k == 0 && (i % 2 == 0 || j % 2 == 0);
+    };
+    std::vector<Vec3> points;
+    std::vector<std::vector<int>> faces;
+    std::map<std::array<int, 3>, int> numbers;
+    std::map<std::pair<int, int>, std::set<int>> sides_of;  // of an edge, by where they face
+    for (int i = 0; i <= 2 * n; ++i)
+        for (int j = 0; j <= 2 * n; ++j)
+            for (int side = 0; side < 6 && is_solid(i, j, 0); ++side) {
+                const int axis = side / 2, up = side % 2;
+                std::array<int, 3> beside{i, j, 0};
+                beside[std::size_t(axis)] += 2 * up - 1;
+                if (is_solid(beside[0], beside[1], beside[2])) continue;
+                std::vector<int> face;
+                for (const auto& [u, v] : {std::pair{0, 0}, {1, 0}, {1, 1}, {0, 1}}) {
+                    std::array<int, 3> p{i, j, 0};
+                    p[std::size_t(axis)] += up;
+                    p[std::size_t((axis + 1) % 3)] += up == 1 ? u : v;
+                    p[std::size_t((axis + 2) % 3)] += up == 1 ? v : u;
+                    const auto [known, fresh] = numbers.emplace(p, int(points.size()));
+                    if (fresh) points.emplace_back(10.0 * p[0], 10.0 * p[1], 10.0 * p[2]);
+                    face.push_back(known->second);
+                }
+                for (std::size_t k = 0; k < 4; ++k)
+                    sides_of[std::minmax(face[k], face[(k + 1) % 4])].insert(side);
+                faces.push_back(std::move(face));
+            }
+    mesh::TopologyInput tags;
+    for (const auto& [edge, sides] : sides_of)
+        if (sides.size() > 1)
+            tags.creases.push_back({edge.first, edge.second, mesh::infinite_sharpness});
+    return test::make_cage(points, faces, tags);
+}
 
 }  // namespace
 
@@ -86,6 +126,31 @@ TEST_CASE("two faces that meet in their corners become blocks with three quads t
     CHECK(fitted_distance(made.cage, shape) < 1e-4);
 }
 
+TEST_CASE("faces with holes become rectangles between the holes", "[layout]") {
+    constexpr int n = 4;
+    const Shape shape = shape_of(plate_with_holes(n));
+    const auto made = cage::make_cage(shape.reference, {.method = cage::Method::Aligned});
+    REQUIRE(made.from_faces);
+    const mesh::Topology& topology = *made.cage.topology;
+    CHECK(topology.is_closed());
+    // Five quads meet in each of a hole's eight corners.
+    CHECK(mesh::summarise(topology).extraordinary == 8 * n * n);
+    double least_sine = 1.0;
+    for (const mesh::FaceId f : topology.faces()) {
+        const auto corners = topology.corners(f);
+        const auto point = [&](int k) -> Vec3 {
+            return made.cage.points.row(topology.vertex(corners[k % 4]).value).transpose();
+        };
+        for (int k = 0; k < 4; ++k) {
+            const Vec3 a = point(k + 1) - point(k), b = point(k + 3) - point(k);
+            least_sine = std::min(least_sine, a.cross(b).norm() / (a.norm() * b.norm()));
+        }
+    }
+    // Cuts follow the triangles' edges, which are not quite at right angles to the sides.
+    CHECK(least_sine > 0.95);
+    CHECK(fitted_distance(made.cage, shape) < 1e-10);
+}
+
 TEST_CASE("bodies that are nothing known are laid out along their faces beside known ones",
           "[layout]") {
     Cushion both;
@@ -118,43 +183,6 @@ TEST_CASE("bodies that are nothing known are laid out along their faces beside k
     CHECK(without.method == cage::Method::Remesh);
     CHECK_FALSE(without.from_faces);
     CHECK(without.cage.topology->is_closed());
-}
-
-TEST_CASE("folded quads are opened, well formed ones stay", "[layout]") {
-    const Shape shape = shape_of(test::grid(6, 6));  // in the plane z = 0
-    constexpr int n = 5;
-    std::vector<Vec3> points;
-    std::vector<cage::Freedom> freedom;
-    std::vector<std::vector<int>> faces;
-    for (int i = 0; i < n; ++i) {
-        for (int j = 0; j < n; ++j) {
-            const bool inside = i > 0 && j > 0 && i + 1 < n && j + 1 < n;
-            points.emplace_back(1.0 + i, 1.0 + j, 0.0);
-            freedom.push_back({inside, -1});
-            const int v = i * n + j;
-            if (i + 1 < n && j + 1 < n) faces.push_back({v, v + n, v + n + 1, v + 1});
-        }
-    }
-    const auto least_sine = [&] {
-        double least = 1.0;
-        for (const auto& face : faces)
-            for (int k = 0; k < 4; ++k)
-                least = std::min(least, cage::corner_sine(points, face, k, Vec3(0.0, 0.0, 1.0)));
-        return least;
-    };
-    cage::Poll poll;
-    const std::vector<Vec3> even = points;
-    cage::untangle(faces, points, freedom, shape.reference, poll);
-    CHECK(points == even);
-    // Beyond the line of the next points: the quads there are folded.
-    points[2 * n + 2] += Vec3(1.15, 0.2, 0.0);
-    REQUIRE(least_sine() < -0.5);
-    cage::untangle(faces, points, freedom, shape.reference, poll);
-    CHECK(least_sine() > 0.15);  // what counts as well formed
-    for (std::size_t v = 0; v < points.size(); ++v) {
-        CHECK(std::abs(points[v].z()) < 1e-12);
-        if (!freedom[v].free) CHECK(points[v] == even[v]);
-    }
 }
 
 }  // namespace patchwright
