@@ -114,14 +114,11 @@ class Directions {
 
   private:
     [[nodiscard]] Vec3 way(int i, int step) const {
-        int first = 0;
-        std::size_t border = 0;
-        while (i - first >= int(piece_.borders[border].size()))
-            first += int(piece_.borders[border++].size());
-        const Border& b = piece_.borders[border];
+        const auto& [border, number] = piece_.border_places[at(i)];
+        const Border& b = piece_.borders[at(border)];
         const int n = int(b.size());
-        const int other = ((i - first + step) % n + n) % n;
-        return mesh_.point(b[at(other)].vertex) - mesh_.point(b[at(i - first)].vertex);
+        return mesh_.point(b[at((number + step + n) % n)].vertex) -
+               mesh_.point(b[at(number)].vertex);
     }
 
     const CutPiece& piece_;
@@ -289,11 +286,9 @@ class CutSearch {
         if (!one_border) return true;
         if (piece_.borders.size() > 1 && piece_.border_point(source).faces <= 2) return false;
         // Points of one side would leave a piece without corners.
-        int first = 0;
-        for (int b = 0; b < piece_.border_of(source); ++b)
-            first += int(piece_.borders[at(b)].size());
         const Border& border = piece_.borders[at(piece_.border_of(source))];
-        const int n = int(border.size()), i = source - first, j = target - first;
+        const int n = int(border.size()), i = piece_.border_places[at(source)].second,
+                  j = piece_.border_places[at(target)].second;
         const auto corners = [&](int a, int b) {
             int count = 0;
             for (int k = (a + 1) % n; k != b; k = (k + 1) % n)

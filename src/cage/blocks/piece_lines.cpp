@@ -8,13 +8,12 @@ void PieceMesh::add_lines(const FieldLines& made) {
     std::map<int, int> walls_at;
     for (const auto& line : made.lines) {
         if (line.empty()) continue;
-        for (std::size_t i = 0; i + 1 < line.size(); ++i)
-            walls_.insert(std::minmax(line[i], line[i + 1]));
+        for (std::size_t i = 0; i + 1 < line.size(); ++i) walls_.insert(line[i], line[i + 1]);
         make_node(line.front());
         make_node(line.back());
         cuts_.push_back(line);
     }
-    for (const auto& [a, b] : walls_) {
+    for (const auto& [a, b] : walls_.sorted()) {
         ++walls_at[a];
         ++walls_at[b];
     }

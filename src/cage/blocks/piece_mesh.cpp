@@ -36,22 +36,11 @@ int first_corner(const Border& border) {
     return corner == border.end() ? -1 : int(corner - border.begin());
 }
 
-int CutPiece::border_count() const {
-    int count = 0;
-    for (const Border& b : borders) count += int(b.size());
-    return count;
-}
-
-const BorderPoint& CutPiece::border_point(int i) const {
-    std::size_t border = 0;
-    while (i >= int(borders[border].size())) i -= int(borders[border++].size());
-    return borders[border][at(i)];
-}
-
-int CutPiece::border_of(int i) const {
-    std::size_t border = 0;
-    while (i >= int(borders[border].size())) i -= int(borders[border++].size());
-    return int(border);
+std::vector<std::pair<int, int>> EdgeSet::sorted() const {
+    std::vector<std::pair<int, int>> edges;
+    for (const std::uint64_t k : keys_) edges.emplace_back(int(k >> 32), int(std::uint32_t(k)));
+    std::sort(edges.begin(), edges.end());
+    return edges;
 }
 
 PieceMesh::PieceMesh(geom::EditableMesh& mesh, const geom::ModelSurface& reference)
@@ -61,8 +50,7 @@ PieceMesh::PieceMesh(geom::EditableMesh& mesh, const geom::ModelSurface& referen
         for (int k = 0; k < 3; ++k) {
             const auto& c = mesh_.triangle(t);
             const int a = c[at(k)], b = c[at((k + 1) % 3)];
-            if (mesh_.curve(t, k) >= 0 || mesh_.sides(a, b).triangle[1] < 0)
-                walls_.insert(std::minmax(a, b));
+            if (mesh_.curve(t, k) >= 0 || mesh_.sides(a, b).triangle[1] < 0) walls_.insert(a, b);
         }
     }
     node_.assign(at(mesh_.vertex_count()), 0);
@@ -74,7 +62,7 @@ PieceMesh::PieceMesh(geom::EditableMesh& mesh, const geom::ModelSurface& referen
 /// Ends and junctions of walls, and places where one bends.
 void PieceMesh::find_nodes() {
     std::map<int, std::vector<int>> next;
-    for (const auto& [a, b] : walls_) {
+    for (const auto& [a, b] : walls_.sorted()) {
         next[a].push_back(b);
         next[b].push_back(a);
     }
@@ -151,14 +139,18 @@ void PieceMesh::widen_corners() {
 
 std::vector<int> PieceMesh::triangles_from(int triangle) const {
     std::vector<int> result{triangle};
-    std::set<int> seen{triangle};
+    std::vector<char> seen(at(mesh_.triangle_count()), 0);
+    seen[at(triangle)] = 1;
     for (std::size_t i = 0; i < result.size(); ++i) {
         const auto& c = mesh_.triangle(result[i]);
         for (int k = 0; k < 3; ++k) {
             const int a = c[at(k)], b = c[at((k + 1) % 3)];
-            if (walls_.contains(std::minmax(a, b))) continue;
-            for (const int t : mesh_.sides(a, b).triangle)
-                if (t >= 0 && seen.insert(t).second) result.push_back(t);
+            if (walls_.contains(a, b)) continue;
+            for (const int t : mesh_.sides(a, b).triangle) {
+                if (t < 0 || seen[at(t)] != 0) continue;
+                seen[at(t)] = 1;
+                result.push_back(t);
+            }
         }
     }
     std::sort(result.begin(), result.end());
@@ -176,13 +168,13 @@ std::vector<int> PieceMesh::seeds() const {
     return result;
 }
 
-void PieceMesh::split_bridges(const std::vector<int>& triangles) {
-    std::set<int> on_wall;
+bool PieceMesh::split_bridges(const std::vector<int>& triangles) {
+    std::vector<char> on_wall(at(mesh_.vertex_count()), 0);
     for (const int t : triangles) {
         const auto& c = mesh_.triangle(t);
         for (int k = 0; k < 3; ++k) {
             const int a = c[at(k)], b = c[at((k + 1) % 3)];
-            if (walls_.contains(std::minmax(a, b))) on_wall.insert({a, b});
+            if (walls_.contains(a, b)) on_wall[at(a)] = on_wall[at(b)] = 1;
         }
     }
     // A vertex can be on a wall of this piece with a triangle that has no wall itself.
@@ -191,7 +183,7 @@ void PieceMesh::split_bridges(const std::vector<int>& triangles) {
         const auto& c = mesh_.triangle(t);
         for (int k = 0; k < 3; ++k) {
             const int a = c[at(k)], b = c[at((k + 1) % 3)];
-            if (on_wall.contains(a) && on_wall.contains(b) && !walls_.contains(std::minmax(a, b)))
+            if (on_wall[at(a)] != 0 && on_wall[at(b)] != 0 && !walls_.contains(a, b))
                 bridges.insert(std::minmax(a, b));
         }
     }
@@ -207,10 +199,11 @@ void PieceMesh::split_bridges(const std::vector<int>& triangles) {
         node_.push_back(0);
         natural_.push_back(0);
     }
+    return !bridges.empty();
 }
 
 /// Goes round the border that side k of triangle t is part of.
-void PieceMesh::walk_border(CutPiece& piece, const std::map<int, int>& local, int t, int k,
+void PieceMesh::walk_border(CutPiece& piece, const std::vector<int>& local, int t, int k,
                             std::vector<std::array<int, 3>>& points,
                             std::set<std::pair<int, int>>& walked) const {
     Border border;
@@ -229,7 +222,7 @@ void PieceMesh::walk_border(CutPiece& piece, const std::map<int, int>& local, in
             angle += mesh_.corner_angle(tri, corner);
             const int other = mesh_.triangle(tri)[at((corner + 1) % 3)];
             side = corner;
-            if (walls_.contains(std::minmax(end, other))) break;
+            if (walls_.contains(end, other)) break;
             const geom::EdgeSides s = mesh_.sides(end, other);
             tri = s.triangle[0] == tri ? s.triangle[1] : s.triangle[0];
         }
@@ -250,54 +243,57 @@ void PieceMesh::walk_border(CutPiece& piece, const std::map<int, int>& local, in
     } while (tri != t || side != k);
     for (std::size_t i = 0; i < border.size(); ++i) {
         piece.vertices.push_back(border[i].vertex);
+        piece.border_places.emplace_back(int(piece.borders.size()), int(i));
         for (const auto& [triangle, corner] : corners[i])
-            points[at(local.at(triangle))][at(corner)] = base + int(i);
+            points[at(local[at(triangle)])][at(corner)] = base + int(i);
     }
     piece.borders.push_back(std::move(border));
 }
 
 CutPiece PieceMesh::piece(int triangle) {
-    for (int i = 0; i < bridge_rounds; ++i) split_bridges(triangles_from(triangle));
     CutPiece piece;
     piece.triangles = triangles_from(triangle);
-    std::map<int, int> local;
-    for (std::size_t i = 0; i < piece.triangles.size(); ++i) local[piece.triangles[i]] = int(i);
+    for (int i = 0; i < bridge_rounds && split_bridges(piece.triangles); ++i)
+        piece.triangles = triangles_from(triangle);
+    std::vector<int> local(at(mesh_.triangle_count()), -1);
+    for (std::size_t i = 0; i < piece.triangles.size(); ++i) local[at(piece.triangles[i])] = int(i);
     std::vector<std::array<int, 3>> points(piece.triangles.size(), {-1, -1, -1});
     std::set<std::pair<int, int>> walked;
     for (const int t : piece.triangles) {
         piece.area += 0.5 * mesh_.area_vector(t).norm();
         const auto& c = mesh_.triangle(t);
         for (int k = 0; k < 3; ++k)
-            if (walls_.contains(std::minmax(c[at(k)], c[at((k + 1) % 3)])) &&
-                !walked.contains({t, k}))
+            if (walls_.contains(c[at(k)], c[at((k + 1) % 3)]) && !walked.contains({t, k}))
                 walk_border(piece, local, t, k, points, walked);
     }
-    std::map<int, int> inner;
+    std::vector<int> inner(at(mesh_.vertex_count()), -1);
     int edges = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
         for (std::size_t k = 0; k < 3; ++k) {
             if (points[i][k] >= 0) continue;
             const int v = mesh_.triangle(piece.triangles[i])[k];
-            const auto [it, added] = inner.emplace(v, int(piece.vertices.size()));
-            if (added) {
+            if (inner[at(v)] < 0) {
+                inner[at(v)] = int(piece.vertices.size());
                 piece.vertices.push_back(v);
                 piece.has_apex = piece.has_apex || mesh_.corner(v) >= 0;
             }
-            points[i][k] = it->second;
+            points[i][k] = inner[at(v)];
         }
     }
     piece.neighbours.resize(piece.vertices.size());
-    std::set<std::pair<int, int>> seen;
     for (std::size_t i = 0; i < points.size(); ++i) {
-        const auto& c = mesh_.triangle(piece.triangles[i]);
+        const int t = piece.triangles[i];
+        const auto& c = mesh_.triangle(t);
         for (std::size_t k = 0; k < 3; ++k) {
             const std::size_t l = (k + 1) % 3;
-            if (walls_.contains(std::minmax(c[k], c[l]))) {
+            if (walls_.contains(c[k], c[l])) {
                 ++edges;
                 continue;
             }
+            const geom::EdgeSides s = mesh_.sides(c[k], c[l]);
+            const int beyond = s.triangle[0] == t ? s.triangle[1] : s.triangle[0];
+            if (local[at(beyond)] < int(i)) continue;  // seen from there
             const int a = points[i][k], b = points[i][l];
-            if (!seen.insert(std::minmax(a, b)).second) continue;
             ++edges;
             const double length = (mesh_.point(c[k]) - mesh_.point(c[l])).norm();
             piece.neighbours[at(a)].emplace_back(b, length);
@@ -314,7 +310,7 @@ void PieceMesh::cut(const CutPiece& piece, const PiecePath& path, const Parting&
     std::vector<int> vertices;
     for (const int i : path) vertices.push_back(piece.vertices[at(i)]);
     for (std::size_t i = 0; i + 1 < vertices.size(); ++i)
-        walls_.insert(std::minmax(vertices[i], vertices[i + 1]));
+        walls_.insert(vertices[i], vertices[i + 1]);
     const auto part = [&](int point, int towards, const Parting& how) {
         const BorderPoint& b = piece.border_point(point);
         sectors_[{b.vertex, b.next}] = {how.angle, how.faces};
@@ -336,9 +332,9 @@ int PieceMesh::split_wall(int a, int b) {
     const int m = mesh_.split(a, b, middle);
     node_.push_back(0);
     natural_.push_back(0);
-    walls_.erase(std::minmax(a, b));
-    walls_.insert(std::minmax(a, m));
-    walls_.insert(std::minmax(m, b));
+    walls_.erase(a, b);
+    walls_.insert(a, m);
+    walls_.insert(m, b);
     const auto move_sector = [&](int from, int to) {
         const auto known = sectors_.find({from, to});
         if (known == sectors_.end()) return;
@@ -360,7 +356,7 @@ int PieceMesh::split_wall(int a, int b) {
 void PieceMesh::smooth_cuts(Poll& poll) {
     std::vector<std::vector<int>> next(at(mesh_.vertex_count()));
     std::vector<char> held(next.size(), 0);
-    for (const auto& [a, b] : walls_) {
+    for (const auto& [a, b] : walls_.sorted()) {
         const geom::EdgeSides s = mesh_.sides(a, b);
         if (s.triangle[1] < 0 || mesh_.curve(s.triangle[0], s.side[0]) >= 0)
             held[at(a)] = held[at(b)] = 1;

@@ -7,8 +7,11 @@
 
 #include <patchwright/geom/model_surface.h>
 
+#include <array>
+#include <cstdint>
 #include <map>
 #include <set>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -31,6 +34,8 @@ int first_corner(const Border& border);
 struct CutPiece {
     std::vector<int> triangles;
     std::vector<Border> borders;
+    /// Of each border point of all borders: its border, and its number there.
+    std::vector<std::pair<int, int>> border_places;
     int euler = 0;  ///< vertices - edges + faces: 1 for a disc, 0 for a ring, 2 for a sphere
     double area = 0.0;
     bool has_apex = false;  ///< a point inside without a tangent plane
@@ -40,10 +45,13 @@ struct CutPiece {
 
     std::vector<std::array<int, 3>> corners;  ///< points of each triangle
 
-    [[nodiscard]] int border_count() const;
+    [[nodiscard]] int border_count() const { return int(border_places.size()); }
     /// Border point number i of all borders.
-    [[nodiscard]] const BorderPoint& border_point(int i) const;
-    [[nodiscard]] int border_of(int i) const;
+    [[nodiscard]] const BorderPoint& border_point(int i) const {
+        const auto& [border, number] = border_places[std::size_t(i)];
+        return borders[std::size_t(border)][std::size_t(number)];
+    }
+    [[nodiscard]] int border_of(int i) const { return border_places[std::size_t(i)].first; }
 };
 
 /// A path through a piece from one point of its border to another, as numbers of its points.
@@ -54,6 +62,24 @@ struct Parting {
     double angle = 0.0;
     int faces = 1;
     int faces_after = 1;
+};
+
+/// Edges of a mesh, by their vertices in any order.
+class EdgeSet {
+  public:
+    void insert(int a, int b) { keys_.insert(key(a, b)); }
+    void erase(int a, int b) { keys_.erase(key(a, b)); }
+    [[nodiscard]] bool contains(int a, int b) const { return keys_.contains(key(a, b)); }
+    /// In ascending order.
+    [[nodiscard]] std::vector<std::pair<int, int>> sorted() const;
+
+  private:
+    static std::uint64_t key(int a, int b) {
+        const auto [low, high] = std::minmax(a, b);
+        return std::uint64_t(std::uint32_t(low)) << 32 | std::uint32_t(high);
+    }
+
+    std::unordered_set<std::uint64_t> keys_;
 };
 
 class PieceMesh {
@@ -79,9 +105,8 @@ class PieceMesh {
     /// Puts a vertex into a wall, half way along it; returns it. Pieces must be made anew then.
     int split_wall(int a, int b);
 
-    [[nodiscard]] bool is_wall(int a, int b) const { return walls_.contains(std::minmax(a, b)); }
+    [[nodiscard]] bool is_wall(int a, int b) const { return walls_.contains(a, b); }
     [[nodiscard]] bool is_node(int v) const { return node_[std::size_t(v)] != 0; }
-    [[nodiscard]] const std::set<std::pair<int, int>>& walls() const { return walls_; }
     /// Paths that were cut, as vertices.
     [[nodiscard]] const std::vector<std::vector<int>>& cuts() const { return cuts_; }
     [[nodiscard]] const geom::EditableMesh& mesh() const { return mesh_; }
@@ -91,18 +116,20 @@ class PieceMesh {
 
   private:
     [[nodiscard]] std::vector<int> triangles_from(int triangle) const;
-    void split_bridges(const std::vector<int>& triangles);
+    /// Whether there are any.
+    bool split_bridges(const std::vector<int>& triangles);
     void find_nodes();
     void widen_corners();
     /// Of the piece on the left of the way from v along a wall.
     [[nodiscard]] double angle_from(int v, int next) const;
-    void walk_border(CutPiece& piece, const std::map<int, int>& local, int t, int k,
+    /// @param local  numbers of the piece's triangles, by triangle
+    void walk_border(CutPiece& piece, const std::vector<int>& local, int t, int k,
                      std::vector<std::array<int, 3>>& points,
                      std::set<std::pair<int, int>>& walked) const;
 
     geom::EditableMesh& mesh_;
     const geom::ModelSurface& reference_;
-    std::set<std::pair<int, int>> walls_;
+    EdgeSet walls_;
     std::vector<char> node_, natural_;
     struct WallSector {
         double angle;
