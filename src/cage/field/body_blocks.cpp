@@ -26,9 +26,9 @@ using geom::Vec3;
 
 namespace {
 
-// A layout whose quads fold is divided anew, with edges shorter by this factor, and one along faces
-// as long as the model sticks out of quads by so much of the root of their area; up to so many
-// quads.
+// A layout whose quads fold is divided anew, with edges shorter by this factor; one along faces as
+// long as the model sticks out of quads by so much of the root of their area, in at most so many
+// rounds and quads.
 constexpr double finer = 0.7, most_sag = 0.3;
 constexpr int most_rounds_for_folds = 2, most_rounds_for_sag = 5;
 constexpr std::size_t many_quads = 1000;
@@ -126,11 +126,12 @@ BodyBlocks face_blocks(const SurfaceBody& body, const std::vector<char>& borders
         result.blocks = blocks_of(layout, sizes, reference, face_names, poll);
         // What sticks out of the middle of a large block is seen by no line along it.
         for (int round = 1;
-             round < most_rounds_for_sag && result.blocks->faces.size() <= many_quads &&
-             worst_sag(*result.blocks, reference, poll) >= most_sag;
+             round < most_rounds_for_sag && worst_sag(*result.blocks, reference, poll) >= most_sag;
              ++round) {
             sizes.scale *= finer;
-            result.blocks = blocks_of(layout, sizes, reference, face_names, poll);
+            Blocks next = blocks_of(layout, sizes, reference, face_names, poll);
+            if (next.faces.size() > many_quads) break;
+            result.blocks = std::move(next);
         }
     } catch (const LayoutRefused& refusal) {
         if (!result.blocks) result.refused = refusal.why;
