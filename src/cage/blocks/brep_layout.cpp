@@ -167,7 +167,7 @@ class Builder {
                              : part.form == PieceForm::Disc  ? 4
                              : part.form == PieceForm::Drop  ? 5
                                                              : 1;
-        if (part.form == PieceForm::Sphere) throw LayoutRefused{"a face is closed in itself", true};
+        if (part.form == PieceForm::Sphere) throw LayoutRefused{"a face is closed in itself"};
         for (int round = 0; round < split_rounds; ++round) {
             poll_();
             const CutPiece piece = pieces_.piece(part.seed);

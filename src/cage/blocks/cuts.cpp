@@ -364,11 +364,10 @@ class CutSearch {
 
 std::optional<PieceForm> form_of(const CutPiece& piece, HollowSides hollow) {
     const int genus_and_borders = 2 - int(piece.borders.size()) - piece.euler;
-    if (piece.has_apex) throw LayoutRefused{"a cone's tip is inside a face", true};
+    if (piece.has_apex) throw LayoutRefused{"a cone's tip is inside a face"};
     if (genus_and_borders != 0)
         throw LayoutRefused{fmt::format("a face has a handle ({} borders, Euler number {})",
-                                        piece.borders.size(), piece.euler),
-                            true};
+                                        piece.borders.size(), piece.euler)};
     if (piece.borders.empty()) return PieceForm::Sphere;
     if (piece.borders.size() > 1 || has_reflex(piece)) return std::nullopt;
     const Border& border = piece.borders[0];

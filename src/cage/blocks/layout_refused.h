@@ -8,7 +8,7 @@ namespace patchwright::cage {
 /// The model is not one for this layout: the text says why.
 struct LayoutRefused {
     std::string why;
-    bool for_good = false;  ///< other triangles and sizes would change nothing
+    bool for_good = false;  ///< shorter edges would not help
 };
 
 }  // namespace patchwright::cage

@@ -7,6 +7,7 @@
 
 #include <patchwright/geom/model_surface.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <map>
@@ -107,8 +108,6 @@ class PieceMesh {
 
     [[nodiscard]] bool is_wall(int a, int b) const { return walls_.contains(a, b); }
     [[nodiscard]] bool is_node(int v) const { return node_[std::size_t(v)] != 0; }
-    /// Paths that were cut, as vertices.
-    [[nodiscard]] const std::vector<std::vector<int>>& cuts() const { return cuts_; }
     [[nodiscard]] const geom::EditableMesh& mesh() const { return mesh_; }
 
     /// Straightens all cuts on the surface and evens out what lies between; features stay.
@@ -136,7 +135,7 @@ class PieceMesh {
         int faces;
     };
     std::map<std::pair<int, int>, WallSector> sectors_;  // by vertex and next one on the border
-    std::vector<std::vector<int>> cuts_;
+    std::vector<std::vector<int>> cuts_;                 ///< paths that were cut, as vertices
     std::set<int> held_;  ///< vertices that smooth_cuts() moves little
 };
 
