@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 namespace patchwright::geom {
 
@@ -30,6 +31,10 @@ struct MeshReference::Impl {
     Bvh tree;
     double reach = 0.0;
     double chord_error = 0.0;
+
+    /// @param faces  one flag a triangle: where the answer may lie; null: on all
+    [[nodiscard]] FootPoint nearest(const Vec3& query, const std::optional<Vec3>& side,
+                                    const std::vector<char>* faces) const;
 };
 
 namespace {
@@ -150,6 +155,32 @@ MeshReference::MeshReference(TriangleMesh mesh, const MeshReferenceOptions& opti
     impl_->chord_error = chord_error_of(m, impl_->found);
 }
 
+FootPoint MeshReference::Impl::nearest(const Vec3& query, const std::optional<Vec3>& side,
+                                       const std::vector<char>* faces) const {
+    const auto within = [&](double bound, bool facing) {
+        FootPoint best;
+        best.distance = std::numeric_limits<double>::infinity();
+        tree.nearest(query, bound, [&](int t, double limit) {
+            if (faces != nullptr && (*faces)[std::size_t(t)] == 0) return limit;
+            const Vec3 w = nearest_weights(
+                query,
+                {corner_point(mesh, t, 0), corner_point(mesh, t, 1), corner_point(mesh, t, 2)});
+            const Vec3 point = at_weights(mesh, t, w);
+            const double distance = (point - query).norm();
+            if (distance > limit || distance >= best.distance) return limit;
+            const Vec3 normal = normal_at(bend, t, w);
+            if (facing && !(normal.dot(*side) > 0.0)) return limit;
+            best = {point, normal, distance, t, {w[1], w[2]}};
+            return distance;
+        });
+        return best;
+    };
+    const FootPoint plain = within(std::numeric_limits<double>::infinity(), false);
+    if (!side || plain.normal.dot(*side) > 0.0) return plain;
+    const FootPoint facing = within(plain.distance + reach, true);
+    return facing.face >= 0 ? facing : plain;
+}
+
 MeshReference::~MeshReference() = default;
 MeshReference::MeshReference(MeshReference&&) noexcept = default;
 MeshReference& MeshReference::operator=(MeshReference&&) noexcept = default;
@@ -158,28 +189,35 @@ Box3 MeshReference::bounds() const { return impl_->bounds; }
 
 FootPoint MeshReference::foot_point(const Vec3& query, const std::optional<Vec3>& side) const {
     require(query.allFinite(), "foot_point: the query is not finite");
-    const TriangleMesh& mesh = impl_->mesh;
-    const auto nearest = [&](double bound, bool facing) {
-        FootPoint best;
-        best.distance = std::numeric_limits<double>::infinity();
-        impl_->tree.nearest(query, bound, [&](int t, double limit) {
-            const Vec3 w = nearest_weights(
-                query,
-                {corner_point(mesh, t, 0), corner_point(mesh, t, 1), corner_point(mesh, t, 2)});
-            const Vec3 point = at_weights(mesh, t, w);
-            const double distance = (point - query).norm();
-            if (distance > limit || distance >= best.distance) return limit;
-            const Vec3 normal = normal_at(impl_->bend, t, w);
-            if (facing && !(normal.dot(*side) > 0.0)) return limit;
-            best = {point, normal, distance, t, {w[1], w[2]}};
-            return distance;
-        });
-        return best;
-    };
-    const FootPoint plain = nearest(std::numeric_limits<double>::infinity(), false);
-    if (!side || plain.normal.dot(*side) > 0.0) return plain;
-    const FootPoint facing = nearest(plain.distance + impl_->reach, true);
-    return facing.face >= 0 ? facing : plain;
+    return impl_->nearest(query, side, nullptr);
+}
+
+FootPoint MeshReference::foot_point_on(const std::vector<char>& faces, const Vec3& query,
+                                       const std::optional<Vec3>& side) const {
+    require(query.allFinite(), "foot_point_on: the query is not finite");
+    require(faces.size() == impl_->mesh.triangles.size(),
+            "foot_point_on: there must be one flag a triangle");
+    const FootPoint on = impl_->nearest(query, side, &faces);
+    return on.face >= 0 ? on : impl_->nearest(query, side, nullptr);
+}
+
+std::vector<FaceBorder> MeshReference::face_borders() const {
+    std::set<std::pair<int, int>> steps;  // along the curves
+    for (const MeshChain& chain : impl_->found.chains)
+        for (std::size_t i = 0; i + 1 < chain.points.size(); ++i)
+            steps.insert({chain.points[i], chain.points[i + 1]});
+    std::vector<FaceBorder> result;
+    for (int t = 0; t < int(impl_->mesh.triangles.size()); ++t) {
+        const auto& corners = impl_->mesh.triangles[std::size_t(t)];
+        for (std::size_t k = 0; k < 3; ++k) {
+            const int other = impl_->found.beyond[std::size_t(t)][k];
+            if (other > t) continue;  // found from there
+            const int curve = impl_->found.curve_under[std::size_t(t)][k];
+            const bool along = curve < 0 || steps.contains({corners[k], corners[(k + 1) % 3]});
+            result.push_back({along ? t : other, along ? other : t, curve});
+        }
+    }
+    return result;
 }
 
 const Features& MeshReference::features() const { return impl_->found.features; }

@@ -5,6 +5,13 @@ namespace patchwright::geom {
 
 std::vector<SurfaceSample> ReferenceSurface::sample(int) const { return {}; }
 
+FootPoint ReferenceSurface::foot_point_on(const std::vector<char>&, const Vec3& query,
+                                          const std::optional<Vec3>& side) const {
+    return foot_point(query, side);
+}
+
+std::vector<FaceBorder> ReferenceSurface::face_borders() const { return {}; }
+
 const Features& ReferenceSurface::features() const {
     static const Features none;
     return none;

@@ -5,6 +5,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <random>
 
 namespace patchwright::geom {
@@ -82,6 +83,49 @@ TEST_CASE("a triangulated box has twelve sharp curves between eight corners",
     // Flat sides are flat to their borders: normals are not blended across edges.
     CHECK(box.foot_point({1.999, 1, 5}).normal.isApprox(Vec3(0, 0, 1), 1e-12));
     CHECK(box.chord_error() == Approx(0.0).margin(1e-12));
+}
+
+TEST_CASE("nearest points on one side of a triangulated box are on its rectangle",
+          "[geom][mesh][oracle]") {
+    const Vec3 size(2, 3, 4);
+    const MeshReference box(triangle_box(size.x(), size.y(), size.z()));
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> unit(-0.5, 1.5);
+    for (int axis = 0; axis < 3; ++axis) {
+        std::vector<char> faces;
+        for (int t = 0; t < int(box.mesh().triangles.size()); ++t)
+            faces.push_back(box.point_on_face(t, {0.3, 0.3}).normal[axis] > 0.5 ? 1 : 0);
+        CHECK(std::count(faces.begin(), faces.end(), char(1)) == 2);
+        for (int i = 0; i < 100; ++i) {
+            const Vec3 query = Vec3(unit(random), unit(random), unit(random)).cwiseProduct(size);
+            Vec3 expected = query.cwiseMax(Vec3::Zero()).cwiseMin(size);
+            expected[axis] = size[axis];
+            const FootPoint foot = box.foot_point_on(faces, query);
+            CHECK(foot.point.isApprox(expected, 1e-12));
+            CHECK(foot.normal.isApprox(Vec3::Unit(axis), 1e-12));
+        }
+    }
+    CHECK_THROWS_AS(box.foot_point_on({1, 1}, Vec3::Zero()), base::InvalidArgument);
+}
+
+TEST_CASE("borders of triangles know what is left and right of their curve", "[geom][mesh]") {
+    const MeshReference box(triangle_box(2, 3, 4));
+    const std::vector<FaceBorder> borders = box.face_borders();
+    CHECK(borders.size() == 18);
+    int on_curves = 0;
+    for (const FaceBorder& b : borders) {
+        REQUIRE(b.left >= 0);
+        REQUIRE(b.right >= 0);
+        if (b.curve < 0) continue;
+        ++on_curves;
+        const FeatureCurve& curve = box.features().curves[std::size_t(b.curve)];
+        const FootPoint left = box.point_on_face(b.left, {0.3, 0.3});
+        const FootPoint right = box.point_on_face(b.right, {0.3, 0.3});
+        const Vec3 along = curve.end - curve.start;
+        CHECK(left.normal.cross(along).dot(left.point - curve.start) > 0.0);
+        CHECK(right.normal.cross(along).dot(right.point - curve.start) < 0.0);
+    }
+    CHECK(on_curves == 12);
 }
 
 TEST_CASE("a triangulated cylinder has two closed curves", "[geom][mesh][oracle]") {

@@ -94,7 +94,8 @@ struct FitOptions {
     Solver solver;
 };
 
-/// What happened on one level of refinement; distances are those of all samples, after fitting.
+/// What happened on one level of refinement; distances are those of all samples to their foot
+/// points, after fitting.
 struct FitLevel {
     int vertices = 0;
     int faces = 0;
@@ -144,7 +145,8 @@ struct FitResult {
 };
 
 /// Moves the control points so that the limit surface lies on the reference: samples inside the
-/// faces go to their foot points (on the side that their own normals point to); chains of
+/// faces go to their foot points (on the side that their own normals point to, and where sharp
+/// curves part the reference, to those on the part that the creases around a face tell); chains of
 /// infinitely sharp edges to the sharp feature curves that lie along them, boundaries to free ones,
 /// corners to feature corners, where they then end exactly. Steps minimise distances along normals
 /// (tangent distance) and bending energy; a step that increases their sum is not taken. Where

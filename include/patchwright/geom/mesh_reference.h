@@ -34,6 +34,10 @@ class MeshReference final : public ModelSurface {
     [[nodiscard]] Box3 bounds() const override;
     [[nodiscard]] FootPoint foot_point(
         const Vec3& query, const std::optional<Vec3>& side = std::nullopt) const override;
+    [[nodiscard]] FootPoint foot_point_on(
+        const std::vector<char>& faces, const Vec3& query,
+        const std::optional<Vec3>& side = std::nullopt) const override;
+    [[nodiscard]] std::vector<FaceBorder> face_borders() const override;
     [[nodiscard]] const Features& features() const override;
     [[nodiscard]] FeaturePoint nearest_on_curve(
         int curve, const Vec3& query,

@@ -20,6 +20,13 @@ struct FootPoint {
     Eigen::Vector2d uv = Eigen::Vector2d::Zero();  ///< parameters of the point on that face, if any
 };
 
+/// Where faces meet, or one ends; numbers of faces as in FootPoint::face.
+struct FaceBorder {
+    /// Seen from outside, in the direction of the curve if there is one; -1: none there.
+    int left = -1, right = -1;
+    int curve = -1;  ///< number among Features::curves; -1: on none
+};
+
 struct SurfaceSample {
     Vec3 point, normal;
     int face;
@@ -39,6 +46,16 @@ class ReferenceSurface {
     /// @pre `side`, when given, is a unit vector
     [[nodiscard]] virtual FootPoint foot_point(
         const Vec3& query, const std::optional<Vec3>& side = std::nullopt) const = 0;
+
+    /// The same of some faces only. A shape that lists no face_borders() answers for all of it.
+    /// @param faces  one a face: not 0 where the answer may lie
+    [[nodiscard]] virtual FootPoint foot_point_on(
+        const std::vector<char>& faces, const Vec3& query,
+        const std::optional<Vec3>& side = std::nullopt) const;
+
+    /// All borders of faces, in pieces, each face's one at least; none unless a shape says
+    /// otherwise.
+    [[nodiscard]] virtual std::vector<FaceBorder> face_borders() const;
 
     /// About `count` points all over the surface, for asking what lies near them; deterministic.
     /// None unless a shape says otherwise.

@@ -50,6 +50,11 @@ class CadReference final : public geom::ModelSurface {
         const geom::Vec3& query,
         const std::optional<geom::Vec3>& side = std::nullopt) const override;
 
+    [[nodiscard]] geom::FootPoint foot_point_on(
+        const std::vector<char>& faces, const geom::Vec3& query,
+        const std::optional<geom::Vec3>& side = std::nullopt) const override;
+    [[nodiscard]] std::vector<geom::FaceBorder> face_borders() const override;
+
     /// The same answer as foot_point(query, side), sooner when `last` is near it: for queries that
     /// advance along a curve or in small steps.
     /// @param last  an earlier answer of this reference

@@ -23,6 +23,19 @@ class TurnedReference final : public geom::ReferenceSurface {
         foot.normal = -foot.normal;
         return foot;
     }
+    [[nodiscard]] geom::FootPoint foot_point_on(
+        const std::vector<char>& faces, const geom::Vec3& query,
+        const std::optional<geom::Vec3>& side) const override {
+        geom::FootPoint foot = other_.foot_point_on(
+            faces, query, side ? std::optional<geom::Vec3>(-*side) : std::nullopt);
+        foot.normal = -foot.normal;
+        return foot;
+    }
+    [[nodiscard]] std::vector<geom::FaceBorder> face_borders() const override {
+        std::vector<geom::FaceBorder> borders = other_.face_borders();
+        for (geom::FaceBorder& b : borders) std::swap(b.left, b.right);
+        return borders;
+    }
     [[nodiscard]] std::vector<geom::SurfaceSample> sample(int count) const override {
         std::vector<geom::SurfaceSample> samples = other_.sample(count);
         for (geom::SurfaceSample& s : samples) s.normal = -s.normal;

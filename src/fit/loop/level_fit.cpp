@@ -10,7 +10,6 @@
 #include <patchwright/subd/normal_control.h>
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
 namespace patchwright::fit {
@@ -44,10 +43,9 @@ constexpr double fading = 0.1;
 // As surface_residual: curves are held once they are fitted.
 constexpr double curve_residual = 1e-4;
 
+/// @pre not empty
 double largest_distance(const std::vector<measure::NearLimit>& near) {
-    double most = 0.0;
-    for (const measure::NearLimit& n : near) most = std::max(most, n.distance);
-    return most;
+    return std::ranges::max(near, {}, &measure::NearLimit::distance).distance;
 }
 
 /// The linear problems of steps of one kind.
@@ -272,7 +270,10 @@ class LevelFitter {
                 double(problem.samples.rows()) / double(problem.regularisation.rows().rows());
             const RegularisationWeights regular =
                 problem.regularisation.weights_at(points_, weights.fairness * share, share);
-            Points candidate = points_ + solve(problem, now, regular, weights.damping);
+            const Points step = solve(problem, now, regular, weights.damping);
+            // Raised until the solve takes the step for none: none of any length helps.
+            if (weights.are_raised() && !(step.cwiseAbs().maxCoeff() > step_tolerance_mm_)) return;
+            Points candidate = points_ + step;
             settle(candidate);
             Projection next = problem.project(candidate, &now);
             ++level_.projections;
@@ -316,21 +317,21 @@ class LevelFitter {
         const StepOperator step(problem.samples, now.weights, problem.regularisation.rows(),
                                 regular.rows, damping, problem.constraints);
         step.precondition(preconditioner_);
-        const CglsResult solution = solve_cgls(
-            step,
-            step.right_side(now.target - now.limit,
-                            problem.regularisation.changes(points_, regular)),
-            Points::Zero(step.columns(), 3),
-            {.max_iterations = options_.solver.max_cgls_iterations,
-             .relative_residual = now.of_curves ? curve_residual : surface_residual,
-             .step_tolerance = options_.solver.step_tolerance_rel * options_.tolerance_mm,
-             .unknown_sizes = &step.scale(),
-             .preconditioner = &preconditioner_,
-             .joint = true,
-             .progress = [this](std::string_view, double share) {
-                 poll(share);
-                 return true;
-             }});
+        const CglsResult solution =
+            solve_cgls(step,
+                       step.right_side(now.target - now.limit,
+                                       problem.regularisation.changes(points_, regular)),
+                       Points::Zero(step.columns(), 3),
+                       {.max_iterations = options_.solver.max_cgls_iterations,
+                        .relative_residual = now.of_curves ? curve_residual : surface_residual,
+                        .step_tolerance = step_tolerance_mm_,
+                        .unknown_sizes = &step.scale(),
+                        .preconditioner = &preconditioner_,
+                        .joint = true,
+                        .progress = [this](std::string_view, double share) {
+                            poll(share);
+                            return true;
+                        }});
         level_.cgls_steps += solution.iterations;
         level_.solves_by_step_tolerance += solution.stop == CglsStop::StepTolerance ? 1 : 0;
         level_.solves_by_max_iterations += solution.stop == CglsStop::MaxIterations ? 1 : 0;
@@ -366,6 +367,7 @@ class LevelFitter {
     const std::vector<Vec3>& reverse_points_;
     const FitOptions& options_;
     FitLevel& level_;
+    const double step_tolerance_mm_ = options_.solver.step_tolerance_rel * options_.tolerance_mm;
     int round_ = 0, rounds_ = 0;
     Projector projector_;
     Regularisation face_regularisation_, curve_regularisation_;

@@ -36,10 +36,17 @@ void Projection::sum_up() {
 
 geom::FootPoint oriented_foot_point(const geom::ReferenceSurface& reference,
                                     const geom::Vec3& point,
-                                    const std::optional<geom::Vec3>& normal, double reach) {
-    const geom::FootPoint nearest = reference.foot_point(point);
+                                    const std::optional<geom::Vec3>& normal, double reach,
+                                    const std::vector<char>* part) {
+    const auto foot_point = [&](const std::optional<geom::Vec3>& side) {
+        const geom::FootPoint foot = reference.foot_point(point, side);
+        const bool elsewhere =
+            part != nullptr && foot.face >= 0 && (*part)[std::size_t(foot.face)] == 0;
+        return elsewhere ? reference.foot_point_on(*part, point, side) : foot;
+    };
+    const geom::FootPoint nearest = foot_point(std::nullopt);
     if (!normal || nearest.normal.dot(*normal) > opposing_cosine) return nearest;
-    const geom::FootPoint facing = reference.foot_point(point, normal);
+    const geom::FootPoint facing = foot_point(normal);
     return facing.distance <= reach ? facing : nearest;
 }
 

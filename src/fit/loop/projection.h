@@ -45,10 +45,12 @@ struct Projection {
 /// normal is across is on that edge, and the next one with the normal of the limit point may be far
 /// from it. In a small fold normals point to the wrong side; the distance of that foot point tells.
 /// @param normal  of the limit surface, unit
-/// @param reach   foot points farther away are not accepted, millimetres
+/// @param reach   foot points farther away are not accepted for their normal, millimetres
+/// @param part    where the foot point is to lie (see SurfaceParts); null: anywhere
 geom::FootPoint oriented_foot_point(const geom::ReferenceSurface& reference,
                                     const geom::Vec3& point,
-                                    const std::optional<geom::Vec3>& normal, double reach);
+                                    const std::optional<geom::Vec3>& normal, double reach,
+                                    const std::vector<char>* part);
 
 /// Weight of a sample: less where the normal of the foot point disagrees with the sample's, as on
 /// the far side of a thin part or in a fold, and where the foot point has jumped.

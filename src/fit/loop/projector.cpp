@@ -54,6 +54,7 @@ Projector::Projector(const mesh::Cage& given, const geom::ReferenceSurface& refe
       curves_(curve_sites(*topology_)),
       given_curves_(curve_points(given, curves_, options.solver.samples_per_edge)),
       match_(match_cage(given, curves_, given_curves_, reference, options)),
+      parts_(*topology_, curves_, match_, reference),
       vertices_(*topology_, curves_, match_, reference),
       surface_(*topology_, surface_sets(options.solver.samples_per_edge),
                vertices_.after_faces(face_sites(*topology_)), subd::SampleRows::PointsAndTangents),
@@ -62,6 +63,7 @@ Projector::Projector(const mesh::Cage& given, const geom::ReferenceSurface& refe
       given_normals_(surface_.normals(given.points)) {
     surface_.apply(given.points, given_limit_);
     set_reach(foot_reach);
+    set_parts();
     const int n = options.solver.samples_per_edge;
     for (std::size_t c = 0; c < curves_.chains.size(); ++c) {
         const FeaturePath& path = match_.paths[c];
@@ -86,6 +88,13 @@ void Projector::set_reach(double most) {
         reach_.segment(rows[site], rows[site + 1] - rows[site])
             .setConstant(std::min(most, widest_fold * size));
     }
+}
+
+void Projector::set_parts() {
+    const auto& rows = surface_.site_rows();
+    const std::vector<subd::Site> sites = face_sites(*topology_);
+    for (std::size_t site = 0; site < sites.size(); ++site)
+        part_of_row_.resize(std::size_t(rows[site + 1]), parts_.part_of(sites[site].face));
 }
 
 template <class Body>
@@ -150,7 +159,8 @@ Projection Projector::project_surface(const Points& points, const Projection* la
         for (auto i = Eigen::Index(first); i < Eigen::Index(end); ++i) {
             const auto normal = unit_or_none(p.normals.row(i).transpose());
             const geom::FootPoint foot =
-                oriented_foot_point(reference_, p.limit.row(i).transpose(), normal, reach_[i]);
+                oriented_foot_point(reference_, p.limit.row(i).transpose(), normal, reach_[i],
+                                    part_of_row_[std::size_t(i)]);
             p.target.row(i) = foot.point.transpose();
             p.jacobian_ratio[i] = p.normals.row(i).dot(foot.normal) / given_normals_.row(i).norm();
             set_direction(p, i, foot.normal, true);

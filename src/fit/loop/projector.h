@@ -3,6 +3,7 @@
 
 #include "fit/loop/projection.h"
 #include "fit/match/path_alignment.h"
+#include "fit/match/surface_parts.h"
 #include "fit/match/vertex_samples.h"
 #include "measure/limit_search.h"
 
@@ -74,6 +75,7 @@ class Projector {
                        bool along) const;
     /// How far foot points beyond a fold are accepted: so many sizes of the sample's given face.
     void set_reach(double most);
+    void set_parts();
     /// `body(first, end)` for all of `count`, on any thread, with calls of poll_ in between.
     template <class Body>
     void in_batches(std::size_t count, std::size_t grain, const Body& body) const;
@@ -81,11 +83,14 @@ class Projector {
     std::shared_ptr<const mesh::Topology> topology_;
     const geom::ReferenceSurface& reference_;
     const FitOptions& options_;
-    Eigen::VectorXd reach_;  ///< of the samples of surface_, see oriented_foot_point
+    /// Of the samples of surface_ on faces, see oriented_foot_point.
+    Eigen::VectorXd reach_;
+    std::vector<const std::vector<char>*> part_of_row_;
     std::function<void()> poll_;
     CurveSampling curves_;
     geom::Points given_curves_;  // of the samples of curves_
     FeatureMatch match_;
+    SurfaceParts parts_;
     VertexSamples vertices_;
     subd::LimitOperator surface_, curve_;
     std::vector<AlignedChain> alignments_;

@@ -38,6 +38,8 @@ class StepWeights {
         damping *= damping_growth;
         return damping.minCoeff() <= max_damping;
     }
+    /// Whether a step was refused since the last one that was taken.
+    [[nodiscard]] bool are_raised() const { return tangential >= 1.0; }
     /// A shorter step of these control points; false when theirs are too short already.
     [[nodiscard]] bool shorten_at(const std::set<mesh::VertexId>& control_points) {
         bool any = false;

@@ -47,7 +47,7 @@ Points vertex_targets(const mesh::Cage& cage, const geom::ReferenceSurface& refe
                     path != paths.end()
                         ? nearest_on_path(reference, *path->second, at.position).point.transpose()
                         : oriented_foot_point(reference, at.position, unit_or_none(at.normal),
-                                              std::numeric_limits<double>::infinity())
+                                              std::numeric_limits<double>::infinity(), nullptr)
                               .point.transpose();
             }
         });

@@ -223,6 +223,26 @@ geom::FootPoint CadReference::foot_point(const Vec3& query, const std::optional<
     });
 }
 
+geom::FootPoint CadReference::foot_point_on(const std::vector<char>& faces, const Vec3& query,
+                                            const std::optional<Vec3>& side) const {
+    require(query.allFinite(), "foot_point_on: the query is not finite");
+    require(faces.size() == impl_->search.surfaces.size(),
+            "foot_point_on: there must be one flag a face");
+    return guard_kernel<base::InputError>(
+        "foot point", [&] { return nearest_point_on(impl_->search, faces, query, side); });
+}
+
+std::vector<geom::FaceBorder> CadReference::face_borders() const {
+    std::vector<geom::FaceBorder> result = impl_->search.features.face_borders();
+    std::vector<char> listed(impl_->search.surfaces.size(), 0);
+    for (const geom::FaceBorder& b : result)
+        for (const int face : {b.left, b.right})
+            if (face >= 0) listed[std::size_t(face)] = 1;
+    for (std::size_t f = 0; f < listed.size(); ++f)
+        if (listed[f] == 0) result.push_back({.left = int(f)});
+    return result;
+}
+
 geom::FootPoint CadReference::foot_point_from(const geom::FootPoint& last, const Vec3& query,
                                               const std::optional<Vec3>& side) const {
     require(query.allFinite(), "foot_point_from: the query is not finite");

@@ -267,4 +267,25 @@ FeaturePoint FeatureCurves::nearest(int number, const Vec3& query,
     return point_of(best);
 }
 
+std::vector<geom::FaceBorder> FeatureCurves::face_borders() const {
+    std::vector<geom::FaceBorder> result;
+    for (std::size_t e = 0; e < network_->edges.size(); ++e) {
+        const std::vector<FaceOfEdge>& uses = network_->edges[e].uses;
+        if (uses.empty() || uses.size() > 2) continue;
+        const CurvePlace& place = places_[e];
+        const bool against =
+            chains_[std::size_t(place.curve)].pieces[std::size_t(place.piece)].reversed;
+        geom::FaceBorder border{.curve = place.curve};
+        // A face's boundary has the face on its left.
+        (uses[0].reversed == against ? border.left : border.right) = uses[0].face;
+        if (uses.size() == 2) {
+            // Faces of opposite orientation run along the edge in the same direction.
+            int& other = uses[0].reversed == against ? border.right : border.left;
+            other = uses[1].face;
+        }
+        result.push_back(border);
+    }
+    return result;
+}
+
 }  // namespace patchwright::occ

@@ -5,6 +5,7 @@
 #include "occ/foot/curve_search.h"
 
 #include <patchwright/geom/features.h>
+#include <patchwright/geom/reference_surface.h>
 
 #include <array>
 #include <optional>
@@ -29,6 +30,8 @@ class FeatureCurves {
     [[nodiscard]] geom::FeaturePoint at(int curve, double arc_length) const;
     /// Number of the curve that an edge of the network is part of.
     [[nodiscard]] int curve_of(int edge) const { return places_[std::size_t(edge)].curve; }
+    /// One an edge that has one or two faces.
+    [[nodiscard]] std::vector<geom::FaceBorder> face_borders() const;
     /// A hit on one of the network's edges as a point of its curve.
     [[nodiscard]] geom::FeaturePoint point_of(const CurveHit& hit) const;
 

@@ -62,6 +62,13 @@ class FootSearch {
         return facing_within(side, answer.distance + model_.side_reach).value_or(answer);
     }
 
+    FootPoint on(const std::vector<char>& faces, const std::optional<Vec3>& side) {
+        const auto nearest = nearest_on(faces, std::nullopt, base::infinity);
+        if (!nearest) return side ? facing(*side) : plain();
+        if (!side || nearest->normal.dot(*side) > 0.0) return *nearest;
+        return nearest_on(faces, side, nearest->distance + model_.side_reach).value_or(*nearest);
+    }
+
   private:
     PATCHWRIGHT_FUSED [[gnu::flatten]] FootPoint plain_fused() { return plain_any(); }
 
@@ -294,12 +301,35 @@ class FootSearch {
     }
 
     std::optional<FootPoint> facing_within(const Vec3& side, double reach) {
+        return nearest_accepted(
+            reach, {&model_.sharp_edges, &model_.free_edges},
+            [&](int, const MeshTriangle& t) { return may_face(t, side); },
+            [&](int, const Vec3& normal) { return normal.dot(side) > 0.0; });
+    }
+
+    std::optional<FootPoint> nearest_on(const std::vector<char>& faces,
+                                        const std::optional<Vec3>& side, double reach) {
+        return nearest_accepted(
+            reach, {&model_.all_edges},
+            [&](int face, const MeshTriangle& t) {
+                return faces[std::size_t(face)] != 0 && (!side || may_face(t, *side));
+            },
+            [&](int face, const Vec3& normal) {
+                return faces[std::size_t(face)] != 0 && (!side || normal.dot(*side) > 0.0);
+            });
+    }
+
+    /// The nearest point within a reach of those that are accepted by their face and normal.
+    template <class MayHold, class Accepts>
+    std::optional<FootPoint> nearest_accepted(double reach,
+                                              std::initializer_list<const CurveSearch*> edges,
+                                              const MayHold& may_hold, const Accepts& accepts) {
         std::optional<FootPoint> best;
         const auto offer = [&](const SurfaceFoot& f) {
-            // A foot held by the end of its face is no local minimum; sharp ends have their turn.
+            // A foot held by the end of its face is no local minimum; edges have their turn.
             if (f.foot.distance > reach || f.foot.held[0] != 0 || f.foot.held[1] != 0) return;
             if (!surface(f.face).contains(f.foot.uv)) return;
-            if (!(f.foot.normal.dot(side) > 0.0)) return;
+            if (!accepts(f.face, f.foot.normal)) return;
             reach = f.foot.distance;
             best = FootPoint{f.foot.point, f.foot.normal, f.foot.distance, f.face, f.foot.uv};
         };
@@ -309,8 +339,8 @@ class FootSearch {
             const SeedBlock& seeds = model_.mesh.seeds[std::size_t(slot) / lanes];
             for (std::size_t i = 0; i < lanes; ++i) {
                 if (double(leaf.lower[i]) > reach || leaf.may_hold_foot[i] == 0) continue;
-                const auto& t = model_.mesh.triangles[std::size_t(seeds.triangle[i])];
-                if (may_face(t, side))
+                if (may_hold(model_.mesh.starts[std::size_t(slot) + i].face,
+                             model_.mesh.triangles[std::size_t(seeds.triangle[i])]))
                     descend({leaf.lower[i], slot + int(i), near.distance[i], near.height[i]},
                             offer);
             }
@@ -321,15 +351,14 @@ class FootSearch {
             s_.beside.clear();
             add_uses(model_, hit, s_.beside);
             for (const NormalBeside& f : s_.beside) {
-                if (!(f.normal.dot(side) > 0.0)) continue;
+                if (!accepts(f.face, f.normal)) continue;
                 reach = hit.distance;
                 best = FootPoint{hit.point, f.normal, hit.distance, f.face, f.uv};
                 break;
             }
             return reach;
         };
-        model_.sharp_edges.visit(query_, reach, visit);
-        model_.free_edges.visit(query_, reach, visit);
+        for (const CurveSearch* search : edges) search->visit(query_, reach, visit);
         return best;
     }
 
@@ -353,6 +382,11 @@ FootPoint nearest_point(const SearchModel& model, const Vec3& query, double boun
 FootPoint nearest_point_facing(const SearchModel& model, const Vec3& query, const Vec3& side,
                                double bound) {
     return FootSearch(model, query, bound).facing(side);
+}
+
+FootPoint nearest_point_on(const SearchModel& model, const std::vector<char>& faces,
+                           const Vec3& query, const std::optional<Vec3>& side) {
+    return FootSearch(model, query, base::infinity).on(faces, side);
 }
 
 }  // namespace patchwright::occ

@@ -40,6 +40,10 @@ geom::FootPoint nearest_point(const SearchModel& model, const geom::Vec3& query,
 geom::FootPoint nearest_point_facing(const SearchModel& model, const geom::Vec3& query,
                                      const geom::Vec3& side, double bound);
 
+/// Of some faces only, one flag a face; those that face `side` are preferred as above.
+geom::FootPoint nearest_point_on(const SearchModel& model, const std::vector<char>& faces,
+                                 const geom::Vec3& query, const std::optional<geom::Vec3>& side);
+
 /// The same of the kernel's extrema.
 /// @pre the model has them
 geom::FootPoint nearest_point_by_kernel(const SearchModel& model, const geom::Vec3& query);
