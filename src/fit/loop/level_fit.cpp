@@ -10,6 +10,7 @@
 #include <patchwright/subd/normal_control.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 namespace patchwright::fit {
@@ -18,7 +19,6 @@ namespace {
 
 using geom::Points;
 using geom::Vec3;
-using mesh::EdgeId;
 using mesh::Topology;
 using mesh::VertexId;
 
@@ -204,7 +204,7 @@ class LevelFitter {
 
     void constrain_vertices() {
         std::vector<int> sharp_edges(curve_steps_.held.size(), 0);
-        for (const EdgeId e : topology_.edges()) {
+        for (const mesh::EdgeId e : topology_.edges()) {
             if (!std::isinf(topology_.sharpness(e))) continue;
             ++sharp_edges[topology_.start(e).index()];
             ++sharp_edges[topology_.end(e).index()];

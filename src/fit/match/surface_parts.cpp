@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <map>
-#include <set>
 
 namespace patchwright::fit {
 
@@ -95,7 +94,7 @@ class ReferenceParts {
 
 SurfaceParts::SurfaceParts(const Topology& topology, const CurveSampling& curves,
                            const FeatureMatch& match, const geom::ReferenceSurface& reference)
-    : part_of_face_(std::size_t(topology.face_count()), unknown) {
+    : part_of_face_(std::size_t(topology.face_count()), -1) {
     const std::vector<char> whole = whole_chains(match, reference.features().curves);
     std::vector<char> cut(reference.features().curves.size(), 0);
     // Steps along the chains, with their numbers.
@@ -115,39 +114,32 @@ SurfaceParts::SurfaceParts(const Topology& topology, const CurveSampling& curves
         const auto found = steps.find({from, to});
         return found == steps.end() ? -1 : found->second;
     };
-    for (int pass = 0; pass < 2; ++pass) {
-        for (int f = 0; f < topology.face_count(); ++f) {
-            for (const CornerId c : topology.corners(mesh::FaceId{f})) {
+    const auto each_side = [&](const auto& body) {
+        for (const mesh::FaceId f : topology.faces())
+            for (const CornerId c : topology.corners(f)) {
                 const VertexId a = topology.vertex(c), b = topology.vertex(topology.next(c));
                 const int along = chain_under(a, b), against = chain_under(b, a);
-                const int chain = std::max(along, against);
-                if (pass == 0) {
-                    const CornerId twin = topology.twin(c);
-                    if (chain < 0 && twin.valid()) regions.join(f, topology.face(twin).value);
-                    continue;
-                }
-                if (chain < 0) continue;
-                // A face is on the left of its own sides.
-                for (const FeaturePiece& piece : match.paths[std::size_t(chain)])
-                    agree(part_of_face_[std::size_t(regions.find(f))],
-                          of_reference.beside(piece.curve, (along >= 0) != piece.reversed));
+                body(f.value, topology.twin(c), std::max(along, against), along >= 0);
             }
-        }
-    }
+    };
+    each_side([&](int f, CornerId twin, int chain, bool) {
+        if (chain < 0 && twin.valid()) regions.join(f, topology.face(twin).value);
+    });
+    std::vector<int> part_of_region(part_of_face_.size(), unknown);
+    each_side([&](int f, CornerId, int chain, bool along) {
+        if (chain < 0) return;
+        // A face is on the left of its own sides.
+        for (const FeaturePiece& piece : match.paths[std::size_t(chain)])
+            agree(part_of_region[std::size_t(regions.find(f))],
+                  of_reference.beside(piece.curve, along != piece.reversed));
+    });
     std::map<int, int> number;
     for (std::size_t f = 0; f < part_of_face_.size(); ++f) {
-        const auto region = std::size_t(regions.find(int(f)));
-        // The first face of a region comes first, and bears its part.
-        const int part = region == f ? part_of_face_[f] : -1;
-        if (region != f) {
-            part_of_face_[f] = part_of_face_[region];
-        } else if (part < 0) {
-            part_of_face_[f] = -1;
-        } else {
-            const auto [it, added] = number.emplace(part, int(parts_.size()));
-            if (added) parts_.push_back(of_reference.flags(part));
-            part_of_face_[f] = it->second;
-        }
+        const int part = part_of_region[std::size_t(regions.find(int(f)))];
+        if (part < 0) continue;
+        const auto [it, added] = number.emplace(part, int(parts_.size()));
+        if (added) parts_.push_back(of_reference.flags(part));
+        part_of_face_[f] = it->second;
     }
 }
 
