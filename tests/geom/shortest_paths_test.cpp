@@ -56,5 +56,22 @@ TEST_CASE("several starts with lengths of their own", "[geom]") {
     CHECK(found.path_to(3) == std::vector<int>{3});
 }
 
+TEST_CASE("searches one after another do not see each other", "[geom]") {
+    const Edges edges{{{1, 1.0}}, {{0, 1.0}, {2, 1.0}}, {{1, 1.0}}, {{4, 2.0}}, {{3, 2.0}}};
+    PathSearch search(edges.size());
+    for (const int start : {0, 3, 2}) {
+        search.run({{start, 0.0}}, along(edges));
+        const ShortestPaths alone = shortest_paths(edges.size(), {{start, 0.0}}, along(edges));
+        CHECK(search.paths().length == alone.length);
+        CHECK(search.paths().from == alone.from);
+        std::vector<int> reached = search.reached(), with_path;
+        std::sort(reached.begin(), reached.end());
+        for (int i = 0; i < int(edges.size()); ++i)
+            if (alone.length[std::size_t(i)] < std::numeric_limits<double>::infinity())
+                with_path.push_back(i);
+        CHECK(reached == with_path);
+    }
+}
+
 }  // namespace
 }  // namespace patchwright::geom

@@ -60,43 +60,49 @@ class Builder {
     }
 
   private:
-    /// One triangle of the piece on either side of a cut's beginning.
-    std::vector<int> make(const Cut& cut, const CutPiece& piece, bool held) {
+    /// A piece by one triangle; it need not be made again if it is at hand.
+    struct Pending {
+        int seed;
+        std::optional<CutPiece> piece;
+    };
+
+    /// The pieces on either side of a cut's beginning, which may be the same.
+    std::vector<Pending> make(const Cut& cut, const CutPiece& piece, bool held) {
         const int a = piece.vertices[at(cut.path[0])], b = piece.vertices[at(cut.path[1])];
         pieces_.cut(piece, cut.path, cut.start, cut.end, held);
-        std::vector<int> seeds{mesh_.sides(a, b).triangle[0]};
-        const CutPiece one = pieces_.piece(seeds[0]);
+        const int seed = mesh_.sides(a, b).triangle[0];
+        CutPiece one = pieces_.piece(seed);
         // Splits of bridges may have put other triangles next to the path.
-        for (const int t : mesh_.sides(a, b).triangle) {
-            if (std::binary_search(one.triangles.begin(), one.triangles.end(), t)) continue;
-            seeds.push_back(t);
-            break;
-        }
-        return seeds;
+        for (const int t : mesh_.sides(a, b).triangle)
+            if (!std::binary_search(one.triangles.begin(), one.triangles.end(), t))
+                return {{seed, {}}, {t, {}}};
+        if (!one.is_final) return {{seed, {}}};
+        return {{seed, std::move(one)}};
     }
 
     void cut_up() {
-        std::vector<int> pending = pieces_.seeds();
+        std::vector<Pending> pending;
+        for (const int seed : pieces_.seeds()) pending.push_back({seed, {}});
         const int most_cuts = cuts_per_piece * int(pending.size()) + fewest_cuts;
         int cuts = 0;
         while (!pending.empty()) {
             poll_();
-            const int seed = pending.back();
+            Pending next = std::move(pending.back());
             pending.pop_back();
-            const CutPiece piece = pieces_.piece(seed);
+            const CutPiece piece = next.piece ? std::move(*next.piece) : pieces_.piece(next.seed);
             // Lines of a field run along crests, and pieces between them are as they are to be.
             const auto crest = lined_ ? std::nullopt : crest_cut(piece, pieces_, reference_, poll_);
             const auto form =
                 crest ? std::nullopt
                       : form_of(piece, lined_ ? HollowSides::Stay : HollowSides::AreCut);
             if (form) {
-                parts_.push_back({seed, *form, {}});
+                parts_.push_back({next.seed, *form, {}});
                 continue;
             }
             if (++cuts > most_cuts) throw LayoutRefused{"faces need too many cuts"};
-            const auto seeds =
-                make(crest ? *crest : best_cut(piece, pieces_, poll_), piece, crest.has_value());
-            pending.insert(pending.end(), seeds.begin(), seeds.end());
+            for (Pending& part :
+                 make(crest ? *crest : best_cut(piece, pieces_, poll_), piece, crest.has_value()))
+                pending.push_back(std::move(part));
         }
     }
 

@@ -125,15 +125,10 @@ class Directions {
     const geom::EditableMesh& mesh_;
 };
 
-/// Shortest ways from a border point through the inside, as far as `longest`.
-geom::ShortestPaths ways_from(const CutPiece& piece, int source, double longest) {
-    const int border = piece.border_count();
-    return geom::shortest_paths(piece.vertices.size(), {{source, 0.0}},
-                                [&](int i, double length, const auto& reach) {
-                                    if (i < border && i != source) return;
-                                    for (const auto& [j, step] : piece.neighbours[at(i)])
-                                        if (length + step <= longest) reach(j, length + step);
-                                });
+/// No end of a cut at this point costs less.
+double least_end_cost(const BorderPoint& p) {
+    if (p.faces == 1) return at_corner;
+    return p.faces > 2 ? from_reflex : 0.0;
 }
 
 /// How a way that leaves border point p at this share of its angle parts it, and what that costs.
@@ -143,17 +138,14 @@ struct CutEnd {
 };
 
 CutEnd end_at(const BorderPoint& p, double share) {
-    CutEnd end;
-    end.parting.angle = share * p.angle;
-    if (p.faces == 1) {
-        end.cost = at_corner + std::pow((share - 0.5) * p.angle / angle_unit_rad, 2.0);
-        return end;
+    CutEnd end{{.angle = share * p.angle}, least_end_cost(p)};
+    double part = 0.5;
+    if (p.faces > 1) {
+        end.parting.faces = std::clamp(int(std::lround(share * p.faces)), 1, p.faces - 1);
+        end.parting.faces_after = p.faces - end.parting.faces;
+        part = double(end.parting.faces) / p.faces;
     }
-    int faces = std::clamp(int(std::lround(share * p.faces)), 1, p.faces - 1);
-    end.parting.faces = faces;
-    end.parting.faces_after = p.faces - faces;
-    end.cost = std::pow((share - double(faces) / p.faces) * p.angle / angle_unit_rad, 2.0);
-    if (p.faces > 2) end.cost += from_reflex;
+    end.cost += std::pow((share - part) * p.angle / angle_unit_rad, 2.0);
     return end;
 }
 
@@ -172,7 +164,8 @@ class CutSearch {
           mesh_(mesh),
           poll_(poll),
           directions_(piece, mesh.mesh()),
-          scale_(std::sqrt(std::max(piece.area, 1e-300))) {
+          scale_(std::sqrt(std::max(piece.area, 1e-300))),
+          search_(piece.vertices.size()) {
         measure_to_nodes();
     }
 
@@ -182,14 +175,9 @@ class CutSearch {
         for (const int source : sources()) {
             poll_();
             const double longest = (least + most_gained) * scale_ / by_length;
-            const geom::ShortestPaths search =
-                ways_from(piece_, source, (1.0 + rounding_rel) * longest);
-            for (int target = 0; target < piece_.border_count(); ++target) {
-                if (target == source || !(search.length[at(target)] < infinity) ||
-                    !allowed(source, target))
-                    continue;
-                const auto candidate = judge(search, source, target, least);
-                if (candidate) best = candidate;
+            for (const int target : targets_from(source, (1.0 + rounding_rel) * longest)) {
+                if (!allowed(source, target)) continue;
+                if (auto cut = judge(source, target, least)) best = std::move(cut);
             }
         }
         if (!best) throw LayoutRefused{fmt::format("no cut was found through {}", describe())};
@@ -197,11 +185,26 @@ class CutSearch {
     }
 
   private:
+    /// The other border points, in ascending order, with ways through the inside that are not
+    /// longer than this.
+    [[nodiscard]] std::vector<int> targets_from(int source, double longest) {
+        const int border = piece_.border_count();
+        search_.run({{source, 0.0}}, [&](int i, double length, const auto& reach) {
+            if (i < border && i != source) return;
+            for (const auto& [j, step] : piece_.neighbours[at(i)])
+                if (length + step <= longest) reach(j, length + step);
+        });
+        std::vector<int> targets;
+        for (const int i : search_.reached())
+            if (i < border && i != source) targets.push_back(i);
+        std::sort(targets.begin(), targets.end());
+        return targets;
+    }
+
     [[nodiscard]] std::string describe() const {
         int corners = 0;
         for (const Border& b : piece_.borders) corners += corner_count(b);
-        const int v = piece_.vertices.empty() ? 0 : piece_.vertices[0];
-        const Vec3 p = mesh_.mesh().point(v);
+        const Vec3 p = mesh_.mesh().point(piece_.vertices.empty() ? 0 : piece_.vertices[0]);
         return fmt::format("a face with {} borders and {} corners near ({:.4g}, {:.4g}, {:.4g})",
                            piece_.borders.size(), corners, p.x(), p.y(), p.z());
     }
@@ -320,8 +323,8 @@ class CutSearch {
         return corner_weight * ((one - 4) * (one - 4) + (other - 4) * (other - 4));
     }
 
-    std::optional<Cut> judge(const geom::ShortestPaths& search, int source, int target,
-                             double& least) const {
+    std::optional<Cut> judge(int source, int target, double& least) const {
+        const geom::ShortestPaths& search = search_.paths();
         const double length = search.length[at(target)];
         double cost = by_length * length / scale_;
         if (cost - most_gained > least) return std::nullopt;
@@ -329,6 +332,10 @@ class CutSearch {
         for (const int i : {source, target})
             if (to_node_[at(i)] <= 0.0) cost += has_node;
         if (piece_.border_of(source) != piece_.border_of(target)) cost += other_border;
+        if (cost + least_end_cost(piece_.border_point(source)) +
+                least_end_cost(piece_.border_point(target)) >
+            least + rounding_rel)
+            return std::nullopt;
         PiecePath path = search.path_to(target);
         const auto point = [&](double share) {
             Vec3 p = mesh_.mesh().point(piece_.vertices[at(path.front())]);
@@ -358,6 +365,7 @@ class CutSearch {
     Directions directions_;
     double scale_;
     std::vector<double> to_node_;
+    geom::PathSearch search_;  ///< from the last source
 };
 
 }  // namespace

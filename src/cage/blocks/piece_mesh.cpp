@@ -36,13 +36,6 @@ int first_corner(const Border& border) {
     return corner == border.end() ? -1 : int(corner - border.begin());
 }
 
-std::vector<std::pair<int, int>> EdgeSet::sorted() const {
-    std::vector<std::pair<int, int>> edges;
-    for (const std::uint64_t k : keys_) edges.emplace_back(int(k >> 32), int(std::uint32_t(k)));
-    std::sort(edges.begin(), edges.end());
-    return edges;
-}
-
 PieceMesh::PieceMesh(geom::EditableMesh& mesh, const geom::ModelSurface& reference)
     : mesh_(mesh), reference_(reference) {
     for (int t = 0; t < mesh_.triangle_count(); ++t) {
@@ -53,6 +46,9 @@ PieceMesh::PieceMesh(geom::EditableMesh& mesh, const geom::ModelSurface& referen
             if (mesh_.curve(t, k) >= 0 || mesh_.sides(a, b).triangle[1] < 0) walls_.insert(a, b);
         }
     }
+    beyond_.assign(at(mesh_.triangle_count()), {-1, -1, -1});
+    for (int t = 0; t < mesh_.triangle_count(); ++t)
+        if (mesh_.alive(t)) link(t);
     node_.assign(at(mesh_.vertex_count()), 0);
     find_nodes();
     natural_ = node_;
@@ -142,15 +138,10 @@ std::vector<int> PieceMesh::triangles_from(int triangle) const {
     std::vector<char> seen(at(mesh_.triangle_count()), 0);
     seen[at(triangle)] = 1;
     for (std::size_t i = 0; i < result.size(); ++i) {
-        const auto& c = mesh_.triangle(result[i]);
-        for (int k = 0; k < 3; ++k) {
-            const int a = c[at(k)], b = c[at((k + 1) % 3)];
-            if (walls_.contains(a, b)) continue;
-            for (const int t : mesh_.sides(a, b).triangle) {
-                if (t < 0 || seen[at(t)] != 0) continue;
-                seen[at(t)] = 1;
-                result.push_back(t);
-            }
+        for (const int t : beyond_[at(result[i])]) {
+            if (t < 0 || seen[at(t)] != 0) continue;
+            seen[at(t)] = 1;
+            result.push_back(t);
         }
     }
     std::sort(result.begin(), result.end());
@@ -172,18 +163,16 @@ bool PieceMesh::split_bridges(const std::vector<int>& triangles) {
     std::vector<char> on_wall(at(mesh_.vertex_count()), 0);
     for (const int t : triangles) {
         const auto& c = mesh_.triangle(t);
-        for (int k = 0; k < 3; ++k) {
-            const int a = c[at(k)], b = c[at((k + 1) % 3)];
-            if (walls_.contains(a, b)) on_wall[at(a)] = on_wall[at(b)] = 1;
-        }
+        for (std::size_t k = 0; k < 3; ++k)
+            if (beyond_[at(t)][k] < 0) on_wall[at(c[k])] = on_wall[at(c[(k + 1) % 3])] = 1;
     }
     // A vertex can be on a wall of this piece with a triangle that has no wall itself.
     std::set<std::pair<int, int>> bridges;
     for (const int t : triangles) {
         const auto& c = mesh_.triangle(t);
-        for (int k = 0; k < 3; ++k) {
-            const int a = c[at(k)], b = c[at((k + 1) % 3)];
-            if (on_wall[at(a)] != 0 && on_wall[at(b)] != 0 && !walls_.contains(a, b))
+        for (std::size_t k = 0; k < 3; ++k) {
+            const int a = c[k], b = c[(k + 1) % 3];
+            if (on_wall[at(a)] != 0 && on_wall[at(b)] != 0 && beyond_[at(t)][k] >= 0)
                 bridges.insert(std::minmax(a, b));
         }
     }
@@ -195,36 +184,29 @@ bool PieceMesh::split_bridges(const std::vector<int>& triangles) {
         const geom::FootPoint foot = normal.allFinite() ? reference_.foot_point(middle, normal)
                                                         : reference_.foot_point(middle);
         const bool near = foot.distance < nearest_reach * (mesh_.point(a) - mesh_.point(b)).norm();
-        mesh_.split(a, b, near ? foot.point : middle);
-        node_.push_back(0);
-        natural_.push_back(0);
+        split(a, b, near ? foot.point : middle);
     }
     return !bridges.empty();
 }
 
 /// Goes round the border that side k of triangle t is part of.
 void PieceMesh::walk_border(CutPiece& piece, const std::vector<int>& local, int t, int k,
-                            std::vector<std::array<int, 3>>& points,
-                            std::set<std::pair<int, int>>& walked) const {
+                            std::vector<std::array<char, 3>>& walked) const {
     Border border;
     const int base = int(piece.vertices.size());
     // One step: from side k of triangle t to the side that follows it on the border.
     int tri = t, side = k;
-    std::vector<std::vector<std::pair<int, int>>> corners;  // triangle and corner at each point
     do {
-        walked.insert({tri, side});
+        walked[at(local[at(tri)])][at(side)] = 1;
         const int end = mesh_.triangle(tri)[at((side + 1) % 3)];
         double angle = 0.0;
-        std::vector<std::pair<int, int>> around;
         while (true) {
-            const int corner = mesh_.corner_of(tri, end);
-            around.emplace_back(tri, corner);
-            angle += mesh_.corner_angle(tri, corner);
-            const int other = mesh_.triangle(tri)[at((corner + 1) % 3)];
-            side = corner;
-            if (walls_.contains(end, other)) break;
-            const geom::EdgeSides s = mesh_.sides(end, other);
-            tri = s.triangle[0] == tri ? s.triangle[1] : s.triangle[0];
+            side = mesh_.corner_of(tri, end);
+            piece.corners[at(local[at(tri)])][at(side)] = base + int(border.size());
+            angle += mesh_.corner_angle(tri, side);
+            const int onward = beyond_[at(tri)][at(side)];
+            if (onward < 0) break;
+            tri = onward;
         }
         BorderPoint p;
         p.vertex = end;
@@ -239,13 +221,10 @@ void PieceMesh::walk_border(CutPiece& piece, const std::vector<int>& local, int 
             p.faces = faces_for(angle);
         }
         border.push_back(p);
-        corners.push_back(std::move(around));
     } while (tri != t || side != k);
     for (std::size_t i = 0; i < border.size(); ++i) {
         piece.vertices.push_back(border[i].vertex);
         piece.border_places.emplace_back(int(piece.borders.size()), int(i));
-        for (const auto& [triangle, corner] : corners[i])
-            points[at(local[at(triangle)])][at(corner)] = base + int(i);
     }
     piece.borders.push_back(std::move(border));
 }
@@ -253,18 +232,21 @@ void PieceMesh::walk_border(CutPiece& piece, const std::vector<int>& local, int 
 CutPiece PieceMesh::piece(int triangle) {
     CutPiece piece;
     piece.triangles = triangles_from(triangle);
-    for (int i = 0; i < bridge_rounds && split_bridges(piece.triangles); ++i)
-        piece.triangles = triangles_from(triangle);
+    for (int i = 0; i < bridge_rounds && !piece.is_final; ++i) {
+        piece.is_final = !split_bridges(piece.triangles);
+        if (!piece.is_final) piece.triangles = triangles_from(triangle);
+    }
     std::vector<int> local(at(mesh_.triangle_count()), -1);
     for (std::size_t i = 0; i < piece.triangles.size(); ++i) local[at(piece.triangles[i])] = int(i);
-    std::vector<std::array<int, 3>> points(piece.triangles.size(), {-1, -1, -1});
-    std::set<std::pair<int, int>> walked;
-    for (const int t : piece.triangles) {
+    auto& points = piece.corners;
+    points.assign(piece.triangles.size(), {-1, -1, -1});
+    std::vector<std::array<char, 3>> walked(piece.triangles.size(), {0, 0, 0});
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const int t = piece.triangles[i];
         piece.area += 0.5 * mesh_.area_vector(t).norm();
-        const auto& c = mesh_.triangle(t);
-        for (int k = 0; k < 3; ++k)
-            if (walls_.contains(c[at(k)], c[at((k + 1) % 3)]) && !walked.contains({t, k}))
-                walk_border(piece, local, t, k, points, walked);
+        for (std::size_t k = 0; k < 3; ++k)
+            if (beyond_[at(t)][k] < 0 && walked[i][k] == 0)
+                walk_border(piece, local, t, int(k), walked);
     }
     std::vector<int> inner(at(mesh_.vertex_count()), -1);
     int edges = 0;
@@ -286,21 +268,16 @@ CutPiece PieceMesh::piece(int triangle) {
         const auto& c = mesh_.triangle(t);
         for (std::size_t k = 0; k < 3; ++k) {
             const std::size_t l = (k + 1) % 3;
-            if (walls_.contains(c[k], c[l])) {
-                ++edges;
-                continue;
-            }
-            const geom::EdgeSides s = mesh_.sides(c[k], c[l]);
-            const int beyond = s.triangle[0] == t ? s.triangle[1] : s.triangle[0];
-            if (local[at(beyond)] < int(i)) continue;  // seen from there
-            const int a = points[i][k], b = points[i][l];
+            const int beyond = beyond_[at(t)][k];
+            if (beyond >= 0 && local[at(beyond)] < int(i)) continue;  // seen from there
             ++edges;
+            if (beyond < 0) continue;
+            const int a = points[i][k], b = points[i][l];
             const double length = (mesh_.point(c[k]) - mesh_.point(c[l])).norm();
             piece.neighbours[at(a)].emplace_back(b, length);
             piece.neighbours[at(b)].emplace_back(a, length);
         }
     }
-    piece.corners = points;
     piece.euler = int(piece.vertices.size()) - edges + int(piece.triangles.size());
     return piece;
 }
@@ -309,8 +286,7 @@ void PieceMesh::cut(const CutPiece& piece, const PiecePath& path, const Parting&
                     const Parting& end, bool held) {
     std::vector<int> vertices;
     for (const int i : path) vertices.push_back(piece.vertices[at(i)]);
-    for (std::size_t i = 0; i + 1 < vertices.size(); ++i)
-        walls_.insert(vertices[i], vertices[i + 1]);
+    for (std::size_t i = 0; i + 1 < vertices.size(); ++i) add_wall(vertices[i], vertices[i + 1]);
     const auto part = [&](int point, int towards, const Parting& how) {
         const BorderPoint& b = piece.border_point(point);
         sectors_[{b.vertex, b.next}] = {how.angle, how.faces};
@@ -321,36 +297,6 @@ void PieceMesh::cut(const CutPiece& piece, const PiecePath& path, const Parting&
     part(path.back(), vertices[vertices.size() - 2], end);
     if (held) held_.insert(vertices.begin(), vertices.end());
     cuts_.push_back(std::move(vertices));
-}
-
-int PieceMesh::split_wall(int a, int b) {
-    const geom::EdgeSides s = mesh_.sides(a, b);
-    const int curve = mesh_.curve(s.triangle[0], s.side[0]);
-    Vec3 middle = 0.5 * (mesh_.point(a) + mesh_.point(b));
-    middle = curve >= 0 ? reference_.nearest_on_curve(curve, middle).point
-                        : reference_.foot_point(middle, mesh_.vertex_normal(a)).point;
-    const int m = mesh_.split(a, b, middle);
-    node_.push_back(0);
-    natural_.push_back(0);
-    walls_.erase(a, b);
-    walls_.insert(a, m);
-    walls_.insert(m, b);
-    const auto move_sector = [&](int from, int to) {
-        const auto known = sectors_.find({from, to});
-        if (known == sectors_.end()) return;
-        const WallSector sector = known->second;
-        sectors_.erase(known);
-        sectors_[{from, m}] = sector;
-    };
-    move_sector(a, b);
-    move_sector(b, a);
-    for (auto& path : cuts_)
-        for (std::size_t i = 0; i + 1 < path.size(); ++i)
-            if (std::minmax(path[i], path[i + 1]) == std::minmax(a, b)) {
-                path.insert(path.begin() + std::ptrdiff_t(i) + 1, m);
-                break;
-            }
-    return m;
 }
 
 void PieceMesh::smooth_cuts(Poll& poll) {

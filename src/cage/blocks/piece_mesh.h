@@ -40,6 +40,7 @@ struct CutPiece {
     int euler = 0;  ///< vertices - edges + faces: 1 for a disc, 0 for a ring, 2 for a sphere
     double area = 0.0;
     bool has_apex = false;  ///< a point inside without a tangent plane
+    bool is_final = false;  ///< PieceMesh::piece() would make it so again
 
     std::vector<int> vertices;  ///< of the mesh, one a point; border points first, loop by loop
     std::vector<std::vector<std::pair<int, double>>> neighbours;  ///< not along walls; lengths
@@ -114,6 +115,11 @@ class PieceMesh {
     void smooth_cuts(Poll& poll);
 
   private:
+    void add_wall(int a, int b);
+    /// What is beyond the sides of a triangle, from both.
+    void link(int triangle);
+    /// Splits an edge; returns the new vertex.
+    int split(int a, int b, const geom::Vec3& where);
     [[nodiscard]] std::vector<int> triangles_from(int triangle) const;
     /// Whether there are any.
     bool split_bridges(const std::vector<int>& triangles);
@@ -121,14 +127,15 @@ class PieceMesh {
     void widen_corners();
     /// Of the piece on the left of the way from v along a wall.
     [[nodiscard]] double angle_from(int v, int next) const;
-    /// @param local  numbers of the piece's triangles, by triangle
+    /// @param local   numbers of the piece's triangles, by triangle
+    /// @param walked  by local triangle and side: that are on borders already
     void walk_border(CutPiece& piece, const std::vector<int>& local, int t, int k,
-                     std::vector<std::array<int, 3>>& points,
-                     std::set<std::pair<int, int>>& walked) const;
+                     std::vector<std::array<char, 3>>& walked) const;
 
     geom::EditableMesh& mesh_;
     const geom::ModelSurface& reference_;
     EdgeSet walls_;
+    std::vector<std::array<int, 3>> beyond_;  ///< of each triangle, by side; -1: a wall
     std::vector<char> node_, natural_;
     struct WallSector {
         double angle;

@@ -72,19 +72,29 @@ class LineMaker {
         return before > return_ratio * (node_point(node) - from).norm();
     }
 
-    /// How a step of a line passes a node; nothing where it does not pass it.
-    [[nodiscard]] std::optional<Miss> miss_of(int node, int triangle, const Vec3& from,
-                                              const Vec3& to, double before) const {
-        const Vec3 way = to - from, offset = node_point(node) - from;
-        const double length = way.norm();
-        if (!(length > 0.0)) return std::nullopt;
-        const double along = offset.dot(way) / length;
-        if (along < 0.0 || along > length) return std::nullopt;
+    /// A line's way through a triangle.
+    struct Step {
+        Vec3 from, way;
+        double before, length;  ///< of the line before it, and its own
+        Vec3 normal, aside;     ///< of the triangle, and what is across the way in it
+    };
+    [[nodiscard]] Step step_in(int triangle, const Vec3& from, const Vec3& to,
+                               double before) const {
+        const Vec3 way = to - from;
         const Vec3 normal = lined_.mesh().area_vector(triangle).normalized();
-        const double aside = normal.cross(way).dot(offset) / length;
-        const double total = before + along;
+        return {from, way, before, way.norm(), normal, normal.cross(way)};
+    }
+
+    /// How a step of a line passes a node; nothing where it does not pass it.
+    [[nodiscard]] std::optional<Miss> miss_of(int node, const Step& step) const {
+        if (!(step.length > 0.0)) return std::nullopt;
+        const Vec3 offset = node_point(node) - step.from;
+        const double along = offset.dot(step.way) / step.length;
+        if (along < 0.0 || along > step.length) return std::nullopt;
+        const double aside = step.aside.dot(offset) / step.length;
+        const double total = step.before + along;
         if (std::abs(aside) > 2.0 * most_deviation * total ||
-            std::abs(normal.dot(offset)) > off_level * std::max(std::abs(aside), length))
+            std::abs(step.normal.dot(offset)) > off_level * std::max(std::abs(aside), step.length))
             return std::nullopt;
         return Miss{std::atan2(aside, total), total};
     }
@@ -104,9 +114,10 @@ class LineMaker {
                        paths_[at(p)].push_back(to);
                        // Beyond where it comes back past its beginning it goes round and round.
                        if (returned) return;
+                       const Step step = step_in(t, from, to, before);
                        for (int n = 0; n < int(nodes_.vertex.size()); ++n) {
                            if (n == port.node && !has_returned(n, from, before)) continue;
-                           const auto miss = miss_of(n, t, from, to, before);
+                           const auto miss = miss_of(n, step);
                            if (!miss || std::abs(miss->angle) > most_deviation) continue;
                            returned = returned || n == port.node;
                            const auto [it, added] = near.emplace(n, *miss);
@@ -141,7 +152,7 @@ class LineMaker {
                            poll_, [&](int t, const Vec3& from, const Vec3& to, double before) {
                                if (c.node == port.node && !has_returned(c.node, from, before))
                                    return;
-                               const auto m = miss_of(c.node, t, from, to, before);
+                               const auto m = miss_of(c.node, step_in(t, from, to, before));
                                if (m && (!miss || std::abs(m->angle) < std::abs(miss->angle)))
                                    miss = m;
                            });
