@@ -47,6 +47,7 @@ class Builder {
           reference_(reference),
           poll_(poll),
           pieces_(mesh, reference),
+          crests_(pieces_, reference, poll),
           lined_(lines != nullptr) {
         if (lines != nullptr) pieces_.add_lines(*lines);
     }
@@ -91,7 +92,7 @@ class Builder {
             pending.pop_back();
             const CutPiece piece = next.piece ? std::move(*next.piece) : pieces_.piece(next.seed);
             // Lines of a field run along crests, and pieces between them are as they are to be.
-            const auto crest = lined_ ? std::nullopt : crest_cut(piece, pieces_, reference_, poll_);
+            const auto crest = lined_ ? std::nullopt : crests_.longest(piece);
             const auto form =
                 crest ? std::nullopt
                       : form_of(piece, lined_ ? HollowSides::Stay : HollowSides::AreCut);
@@ -342,6 +343,7 @@ class Builder {
     const geom::ModelSurface& reference_;
     Poll& poll_;
     PieceMesh pieces_;
+    CrestCuts crests_;
     bool lined_;
     std::vector<Part> parts_;
     std::map<int, int> nodes_;

@@ -27,23 +27,10 @@ constexpr double follows_bend = 2.0;
 
 class CrestSearch {
   public:
-    CrestSearch(const CutPiece& piece, const PieceMesh& mesh, const geom::ModelSurface& reference,
-                Poll& poll)
-        : piece_(piece),
-          mesh_(mesh),
-          tightest_(tight_radius_rel * reference.size()),
-          bend_(piece.vertices.size(), 0.0) {
-        for (std::size_t i = at(piece.border_count()); i < bend_.size(); ++i) {
-            poll();
-            const int v = piece.vertices[i];
-            const auto bend = reference.curvature(
-                reference.foot_point(mesh.mesh().point(v), mesh.mesh().vertex_normal(v)));
-            if (!bend) continue;
-            const auto [small, large] =
-                std::minmax({std::abs(bend->value[0]), std::abs(bend->value[1])});
-            if (least_ratio * small < large) bend_[i] = large * tightest_;
-        }
-    }
+    /// @param bend  by point of the piece, times the radius that is too small; 0 on the border
+    CrestSearch(const CutPiece& piece, const PieceMesh& mesh, double tightest,
+                std::vector<double> bend)
+        : piece_(piece), mesh_(mesh), tightest_(tightest), bend_(std::move(bend)) {}
 
     std::optional<Cut> run() {
         std::vector<char> seen(bend_.size(), 0);
@@ -157,14 +144,37 @@ class CrestSearch {
     const CutPiece& piece_;
     const PieceMesh& mesh_;
     double tightest_;
-    std::vector<double> bend_;  ///< times the radius that is too small; 0 on the border
+    std::vector<double> bend_;
 };
 
 }  // namespace
 
-std::optional<Cut> crest_cut(const CutPiece& piece, const PieceMesh& mesh,
-                             const geom::ModelSurface& reference, Poll& poll) {
-    return CrestSearch(piece, mesh, reference, poll).run();
+CrestCuts::CrestCuts(const PieceMesh& mesh, const geom::ModelSurface& reference, Poll& poll)
+    : mesh_(mesh),
+      reference_(reference),
+      poll_(poll),
+      tightest_(tight_radius_rel * reference.size()) {}
+
+double CrestCuts::bend_at(int vertex) {
+    bend_.resize(at(mesh_.mesh().vertex_count()), -1.0);
+    double& bend = bend_[at(vertex)];
+    if (bend >= 0.0) return bend;
+    poll_();
+    bend = 0.0;
+    const auto curvature = reference_.curvature(
+        reference_.foot_point(mesh_.mesh().point(vertex), mesh_.mesh().vertex_normal(vertex)));
+    if (!curvature) return bend;
+    const auto [small, large] =
+        std::minmax({std::abs(curvature->value[0]), std::abs(curvature->value[1])});
+    if (least_ratio * small < large) bend = large * tightest_;
+    return bend;
+}
+
+std::optional<Cut> CrestCuts::longest(const CutPiece& piece) {
+    std::vector<double> bend(piece.vertices.size(), 0.0);
+    for (std::size_t i = at(piece.border_count()); i < bend.size(); ++i)
+        bend[i] = bend_at(piece.vertices[i]);
+    return CrestSearch(piece, mesh_, tightest_, std::move(bend)).run();
 }
 
 }  // namespace patchwright::cage

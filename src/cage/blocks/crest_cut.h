@@ -8,13 +8,30 @@
 #include <patchwright/geom/model_surface.h>
 
 #include <optional>
+#include <vector>
 
 namespace patchwright::cage {
 
-/// The line of a nose that runs through a piece from border to border, as on the skin of a wing in
-/// one piece: where the surface is bent too tightly for faces of a cage, but across only, and only
-/// in a narrow strip. Nothing when there is no such strip.
-std::optional<Cut> crest_cut(const CutPiece& piece, const PieceMesh& mesh,
-                             const geom::ModelSurface& reference, Poll& poll);
+/// Lines of noses that run through pieces from border to border, as on the skin of a wing in one
+/// piece: where the surface is bent too tightly for faces of a cage, but across only, and only in a
+/// narrow strip.
+class CrestCuts {
+  public:
+    CrestCuts(const PieceMesh& mesh, const geom::ModelSurface& reference, Poll& poll);
+
+    /// The longest one of a piece; nothing when there is none.
+    /// @pre vertices of the mesh have not moved since the last call
+    [[nodiscard]] std::optional<Cut> longest(const CutPiece& piece);
+
+  private:
+    /// The surface's curvature across a crest; 0 where there is none.
+    [[nodiscard]] double bend_at(int vertex);
+
+    const PieceMesh& mesh_;
+    const geom::ModelSurface& reference_;
+    Poll& poll_;
+    double tightest_;           ///< radius, mm
+    std::vector<double> bend_;  ///< by vertex, times that radius; negative: not known yet
+};
 
 }  // namespace patchwright::cage

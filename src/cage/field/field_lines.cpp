@@ -53,7 +53,9 @@ struct Miss {
 class LineMaker {
   public:
     LineMaker(LinedMesh& lined, const FieldTopology& topology, Poll& poll)
-        : lined_(lined), nodes_(field_nodes(lined, topology)), poll_(poll) {}
+        : lined_(lined), nodes_(field_nodes(lined, topology)), poll_(poll) {
+        for (const int v : nodes_.vertex) node_points_.push_back(lined.mesh().point(v));
+    }
 
     void run() {
         for (const int v : nodes_.vertex) lined_.set_on_wall(v);
@@ -63,9 +65,7 @@ class LineMaker {
     }
 
   private:
-    [[nodiscard]] const Vec3& node_point(int node) const {
-        return lined_.mesh().point(nodes_.vertex[at(node)]);
-    }
+    [[nodiscard]] const Vec3& node_point(int node) const { return node_points_[at(node)]; }
 
     /// Whether a line from a node went away from it before this step.
     [[nodiscard]] bool has_returned(int node, const Vec3& from, double before) const {
@@ -260,6 +260,7 @@ class LineMaker {
 
     LinedMesh& lined_;
     FieldNodes nodes_;
+    std::vector<Vec3> node_points_;
     Poll& poll_;
     std::vector<std::vector<Vec3>>
         paths_;  ///< of the lines from the ports, when there are no others
