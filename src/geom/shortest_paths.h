@@ -65,7 +65,8 @@ class PathSearch {
         }
     }
 
-    [[nodiscard]] const ShortestPaths& paths() const { return paths_; }
+    [[nodiscard]] const ShortestPaths& paths() const& { return paths_; }
+    [[nodiscard]] ShortestPaths paths() && { return std::move(paths_); }
     /// Nodes with a path, each once.
     [[nodiscard]] const std::vector<int>& reached() const { return reached_; }
 
@@ -80,7 +81,7 @@ ShortestPaths shortest_paths(std::size_t count, const std::vector<std::pair<int,
                              const Visit& visit) {
     PathSearch search(count);
     search.run(starts, visit);
-    return search.paths();
+    return std::move(search).paths();
 }
 
 }  // namespace patchwright::geom

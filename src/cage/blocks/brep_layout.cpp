@@ -67,18 +67,19 @@ class Builder {
         std::optional<CutPiece> piece;
     };
 
-    /// The pieces on either side of a cut's beginning, which may be the same.
-    std::vector<Pending> make(const Cut& cut, const CutPiece& piece, bool held) {
+    /// What is pending then is what lies on either side of its beginning, which may be one piece.
+    void make(const Cut& cut, const CutPiece& piece, bool held, std::vector<Pending>& pending) {
         const int a = piece.vertices[at(cut.path[0])], b = piece.vertices[at(cut.path[1])];
         pieces_.cut(piece, cut.path, cut.start, cut.end, held);
-        const int seed = mesh_.sides(a, b).triangle[0];
-        CutPiece one = pieces_.piece(seed);
+        pending.push_back({mesh_.sides(a, b).triangle[0], {}});
+        CutPiece one = pieces_.piece(pending.back().seed);
         // Splits of bridges may have put other triangles next to the path.
-        for (const int t : mesh_.sides(a, b).triangle)
-            if (!std::binary_search(one.triangles.begin(), one.triangles.end(), t))
-                return {{seed, {}}, {t, {}}};
-        if (!one.is_final) return {{seed, {}}};
-        return {{seed, std::move(one)}};
+        for (const int t : mesh_.sides(a, b).triangle) {
+            if (std::binary_search(one.triangles.begin(), one.triangles.end(), t)) continue;
+            pending.push_back({t, {}});
+            return;
+        }
+        if (one.is_final) pending.back().piece = std::move(one);
     }
 
     void cut_up() {
@@ -101,9 +102,8 @@ class Builder {
                 continue;
             }
             if (++cuts > most_cuts) throw LayoutRefused{"faces need too many cuts"};
-            for (Pending& part :
-                 make(crest ? *crest : best_cut(piece, pieces_, poll_), piece, crest.has_value()))
-                pending.push_back(std::move(part));
+            make(crest ? *crest : best_cut(piece, pieces_, poll_), piece, crest.has_value(),
+                 pending);
         }
     }
 

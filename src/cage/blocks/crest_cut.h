@@ -20,18 +20,19 @@ class CrestCuts {
     CrestCuts(const PieceMesh& mesh, const geom::ModelSurface& reference, Poll& poll);
 
     /// The longest one of a piece; nothing when there is none.
-    /// @pre vertices of the mesh have not moved since the last call
+    /// @pre vertices of the mesh have not moved since the first call
     [[nodiscard]] std::optional<Cut> longest(const CutPiece& piece);
 
   private:
-    /// The surface's curvature across a crest; 0 where there is none.
+    /// The surface's curvature across a crest, times the radius that is too small; 0 where there is
+    /// none.
     [[nodiscard]] double bend_at(int vertex);
 
     const PieceMesh& mesh_;
     const geom::ModelSurface& reference_;
     Poll& poll_;
     double tightest_;           ///< radius, mm
-    std::vector<double> bend_;  ///< by vertex, times that radius; negative: not known yet
+    std::vector<double> bend_;  ///< by vertex; negative: not known yet
 };
 
 }  // namespace patchwright::cage
