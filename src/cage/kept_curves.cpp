@@ -1,7 +1,5 @@
 #include "cage/kept_curves.h"
 
-#include "cage/tight_radius.h"
-
 #include <patchwright/geom/curve_ends.h>
 
 #include <algorithm>
@@ -11,6 +9,11 @@
 namespace patchwright::cage {
 
 namespace {
+
+// Radius as a fraction of the diagonal. Edges of cages are at least 8e-3 of the diagonal long
+// (SizeOptions::least_rel), which is more than a quarter turn of a smaller radius can hold: such a
+// rounding becomes a line of the cage instead.
+constexpr double tight_radius_rel = 6e-3;
 
 /// Whether the surface is rounded too tightly across a curve for faces of a cage, on most of it.
 bool runs_along_tight_rounding(int curve, const geom::ModelSurface& reference, Poll& poll) {

@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 
@@ -72,10 +71,6 @@ mesh::Cage joined(const std::vector<Blocks>& parts) {
 // logarithm of its ratio is less. Every scaling makes a whole cage.
 constexpr int scalings = 4;
 constexpr double log_ratio_met = 0.2;
-// Blocks of a body that need more quads than this are no simple layout any more, and remeshing
-// makes better shaped ones.
-constexpr std::size_t most_quads_laid_out = 4000;
-
 bool is_met(double ratio) { return std::abs(std::log(ratio)) < log_ratio_met; }
 
 /// What a cage is made from.
@@ -143,13 +138,9 @@ BlockBorders block_borders_of(const geom::SurfaceMesh& mesh, const CageSource& s
 
 enum class LaidOut { Not, ByField, AlongFaces };
 
-/// Nothing where there are no blocks, or none that are a cage of so many quads at most.
-std::optional<int> extraordinary_vertices(BodyBlocks& made, std::size_t most_quads) {
+/// Nothing where there are no blocks, or none that are a cage.
+std::optional<int> extraordinary_vertices(BodyBlocks& made) {
     if (!made.blocks) return std::nullopt;
-    if (made.blocks->faces.size() > most_quads) {
-        made = {std::nullopt, fmt::format("{} quads, too many", made.blocks->faces.size())};
-        return std::nullopt;
-    }
     try {
         return mesh::summarise(*joined({*made.blocks}).topology).extraordinary;
     } catch (const base::InputError& error) {
@@ -175,19 +166,16 @@ LaidOut lay_out_blocks(const SurfaceBody& body, const BlockBorders& borders,
         return LaidOut::Not;
     }
     const auto& [reference, names, poll] = source;
-    const bool limited = options.method == Method::Auto && !options.target_faces;
-    const std::size_t most_quads =
-        limited ? most_quads_laid_out : std::numeric_limits<std::size_t>::max();
     std::optional<int> by_field, along_faces;  // their extraordinary vertices
     BodyBlocks of_field, of_faces;
     if (options.blocks != BlockWay::Faces) {
         of_field = field_blocks(body, borders.of_field, reference, names, options, poll, scale);
-        by_field = extraordinary_vertices(of_field, most_quads);
+        by_field = extraordinary_vertices(of_field);
         if (!by_field) text += fmt::format(", no blocks by a cross field ({})", of_field.refused);
     }
     if (options.blocks != BlockWay::Field) {
         of_faces = face_blocks(body, borders.of_faces, reference, names, options, poll, scale);
-        along_faces = extraordinary_vertices(of_faces, most_quads);
+        along_faces = extraordinary_vertices(of_faces);
         if (!along_faces) text += fmt::format(", no blocks along its faces ({})", of_faces.refused);
         faces_refused = faces_refused || !along_faces;
     }

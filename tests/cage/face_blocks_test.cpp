@@ -52,17 +52,17 @@ struct Cushion {
     }
 };
 
-/// The surface of a plate of n x n square holes of one cell each, all edges sharp.
-mesh::Cage plate_with_holes(int n) {
+/// The surface of a plate of m x n square holes of one cell (10 mm) each, all edges sharp.
+mesh::Cage plate_with_holes(int m, int n) {
     const auto is_solid = [&](int i, int j, int k) {
-        const auto inside = [&](int c) { return c >= 0 && c <= 2 * n; };
-        return inside(i) && inside(j) && k == 0 && (i % 2 == 0 || j % 2 == 0);
+        const auto inside = [](int c, int holes) { return c >= 0 && c <= 2 * holes; };
+        return inside(i, m) && inside(j, n) && k == 0 && (i % 2 == 0 || j % 2 == 0);
     };
     std::vector<Vec3> points;
     std::vector<std::vector<int>> faces;
     std::map<std::array<int, 3>, int> numbers;
     std::map<std::pair<int, int>, std::set<int>> sides_of;  // of an edge, by where they face
-    for (int i = 0; i <= 2 * n; ++i)
+    for (int i = 0; i <= 2 * m; ++i)
         for (int j = 0; j <= 2 * n; ++j)
             for (int side = 0; side < 6 && is_solid(i, j, 0); ++side) {
                 const int axis = side / 2, up = side % 2;
@@ -129,7 +129,7 @@ TEST_CASE("two faces that meet in their corners become blocks with three quads t
 
 TEST_CASE("faces with holes become rectangles between the holes", "[layout]") {
     constexpr int n = 4;
-    const Shape shape = shape_of(plate_with_holes(n));
+    const Shape shape = shape_of(plate_with_holes(n, n));
     const auto made = cage::make_cage(shape.reference, {.method = cage::Method::Aligned});
     REQUIRE(made.from_faces);
     const mesh::Topology& topology = *made.cage.topology;
@@ -138,6 +138,18 @@ TEST_CASE("faces with holes become rectangles between the holes", "[layout]") {
     CHECK(mesh::summarise(topology).extraordinary == 8 * n * n);
     // Cuts follow the triangles' edges, which are not quite at right angles to the sides.
     CHECK(measure::measure_fairness(made.cage).least_angle_rad > 80.0 / 180.0 * M_PI);
+    CHECK(fitted_distance(made.cage, shape) < 1e-10);
+}
+
+TEST_CASE("two rows of many holes are cut between neighbours", "[layout]") {
+    constexpr int holes = 20;
+    const Shape shape = shape_of(plate_with_holes(2, holes));
+    const auto made = cage::make_cage(shape.reference, {.method = cage::Method::Aligned});
+    REQUIRE(made.from_faces);
+    CHECK(mesh::summarise(*made.cage.topology).extraordinary == 8 * 2 * holes);
+    // The border of all joined holes is long, and the nearest corners are near along it, too: cuts
+    // that had to end farther away left lines along four holes, and angles of 5 degrees.
+    CHECK(measure::measure_fairness(made.cage).least_angle_rad > 45.0 / 180.0 * M_PI);
     CHECK(fitted_distance(made.cage, shape) < 1e-10);
 }
 

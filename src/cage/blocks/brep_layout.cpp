@@ -1,6 +1,5 @@
 #include "cage/blocks/brep_layout.h"
 
-#include "cage/blocks/crest_cut.h"
 #include "cage/blocks/cuts.h"
 #include "cage/blocks/piece_blocks.h"
 
@@ -47,7 +46,6 @@ class Builder {
           reference_(reference),
           poll_(poll),
           pieces_(mesh, reference),
-          crests_(pieces_, reference, poll),
           lined_(lines != nullptr) {
         if (lines != nullptr) pieces_.add_lines(*lines);
     }
@@ -68,9 +66,9 @@ class Builder {
     };
 
     /// What is pending then is what lies on either side of its beginning, which may be one piece.
-    void make(const Cut& cut, const CutPiece& piece, bool held, std::vector<Pending>& pending) {
+    void make(const Cut& cut, const CutPiece& piece, std::vector<Pending>& pending) {
         const int a = piece.vertices[at(cut.path[0])], b = piece.vertices[at(cut.path[1])];
-        pieces_.cut(piece, cut.path, cut.start, cut.end, held);
+        pieces_.cut(piece, cut.path, cut.start, cut.end);
         pending.push_back({mesh_.sides(a, b).triangle[0], {}});
         CutPiece one = pieces_.piece(pending.back().seed);
         // Splits of bridges may have put other triangles next to the path.
@@ -92,18 +90,13 @@ class Builder {
             Pending next = std::move(pending.back());
             pending.pop_back();
             const CutPiece piece = next.piece ? std::move(*next.piece) : pieces_.piece(next.seed);
-            // Lines of a field run along crests, and pieces between them are as they are to be.
-            const auto crest = lined_ ? std::nullopt : crests_.longest(piece);
-            const auto form =
-                crest ? std::nullopt
-                      : form_of(piece, lined_ ? HollowSides::Stay : HollowSides::AreCut);
+            const auto form = form_of(piece, lined_ ? HollowSides::Stay : HollowSides::AreCut);
             if (form) {
                 parts_.push_back({next.seed, *form, {}});
                 continue;
             }
             if (++cuts > most_cuts) throw LayoutRefused{"faces need too many cuts"};
-            make(crest ? *crest : best_cut(piece, pieces_, poll_), piece, crest.has_value(),
-                 pending);
+            make(best_cut(piece, pieces_, poll_), piece, pending);
         }
     }
 
@@ -343,7 +336,6 @@ class Builder {
     const geom::ModelSurface& reference_;
     Poll& poll_;
     PieceMesh pieces_;
-    CrestCuts crests_;
     bool lined_;
     std::vector<Part> parts_;
     std::map<int, int> nodes_;

@@ -44,8 +44,6 @@ constexpr double node_reach = 0.3, node_penalty = 0.8;
 constexpr double corner_weight = 0.25;
 // Share of a cut's length over which its direction is taken: it goes by edges, which zigzag.
 constexpr double direction_share = 0.35;
-// A cut from a corner with several quads stays away from it by this part of the border.
-constexpr int farther_along = 8;
 
 /// A side of a disc, from corner to corner.
 struct SideOf {
@@ -167,6 +165,7 @@ class CutSearch {
           scale_(std::sqrt(std::max(piece.area, 1e-300))),
           search_(piece.vertices.size()) {
         measure_to_nodes();
+        count_corners();
     }
 
     Cut best() {
@@ -228,6 +227,13 @@ class CutSearch {
         }
     }
 
+    void count_corners() {
+        corners_before_ = {0};
+        for (int i = 0; i < piece_.border_count(); ++i)
+            corners_before_.push_back(corners_before_.back() +
+                                      (piece_.border_point(i).faces != 2 ? 1 : 0));
+    }
+
     /// Every how many points one is looked at, and numbers of border points.
     [[nodiscard]] std::vector<int> sources() {
         std::vector<int> result;
@@ -285,22 +291,16 @@ class CutSearch {
     }
 
     [[nodiscard]] bool allowed(int source, int target) const {
-        const bool one_border = piece_.border_of(source) == piece_.border_of(target);
-        if (!one_border) return true;
+        const auto& [border, number] = piece_.border_places[at(source)];
+        if (border != piece_.border_of(target)) return true;
         if (piece_.borders.size() > 1 && piece_.border_point(source).faces <= 2) return false;
         // Points of one side would leave a piece without corners.
-        const Border& border = piece_.borders[at(piece_.border_of(source))];
-        const int n = int(border.size()), i = piece_.border_places[at(source)].second,
-                  j = piece_.border_places[at(target)].second;
-        const auto corners = [&](int a, int b) {
-            int count = 0;
-            for (int k = (a + 1) % n; k != b; k = (k + 1) % n)
-                count += border[at(k)].faces != 2 ? 1 : 0;
-            return count;
+        const auto corners = [&](int from, int to) {
+            return corners_before_[at(to)] - corners_before_[at(from)];
         };
-        const bool reflex = piece_.border_point(source).faces > 2;
-        return reflex ? std::min(std::abs(i - j), n - std::abs(i - j)) > n / farther_along
-                      : corners(i, j) > 0 && corners(j, i) > 0;
+        const auto [low, high] = std::minmax(source, target);
+        const int first = source - number, last = first + int(piece_.borders[at(border)].size());
+        return corners(low + 1, high) > 0 && corners(first, low) + corners(high + 1, last) > 0;
     }
 
     [[nodiscard]] double near_node(int point, double length) const {
@@ -365,7 +365,8 @@ class CutSearch {
     Directions directions_;
     double scale_;
     std::vector<double> to_node_;
-    geom::PathSearch search_;  ///< from the last source
+    std::vector<int> corners_before_;  ///< each border point, of whatever number of quads but two
+    geom::PathSearch search_;          ///< from the last source
 };
 
 }  // namespace

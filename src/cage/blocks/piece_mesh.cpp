@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace patchwright::cage {
 
@@ -22,8 +23,8 @@ constexpr double nearest_reach = 0.3;
 // What is split may leave other edges from wall to wall at first.
 constexpr int bridge_rounds = 2;
 // Rounds of moving vertices to the middle of their neighbours that straighten cuts; in each so many
-// they are put onto the model. Crests take part in the first ones only, which take out the zigzag.
-constexpr int smoothing_rounds = 60, project_every = 5, rounds_of_held = 5;
+// they are put onto the model.
+constexpr int smoothing_rounds = 60, project_every = 5;
 
 /// Where the angle of a border asks for one face, two, three or four.
 int faces_for(double angle) { return std::clamp(int(std::lround(angle / (0.5 * M_PI))), 1, 4); }
@@ -283,7 +284,7 @@ CutPiece PieceMesh::piece(int triangle) {
 }
 
 void PieceMesh::cut(const CutPiece& piece, const PiecePath& path, const Parting& start,
-                    const Parting& end, bool held) {
+                    const Parting& end) {
     std::vector<int> vertices;
     for (const int i : path) vertices.push_back(piece.vertices[at(i)]);
     for (std::size_t i = 0; i + 1 < vertices.size(); ++i) add_wall(vertices[i], vertices[i + 1]);
@@ -295,7 +296,6 @@ void PieceMesh::cut(const CutPiece& piece, const PiecePath& path, const Parting&
     };
     part(path.front(), vertices[1], start);
     part(path.back(), vertices[vertices.size() - 2], end);
-    if (held) held_.insert(vertices.begin(), vertices.end());
     cuts_.push_back(std::move(vertices));
 }
 
@@ -324,7 +324,6 @@ void PieceMesh::smooth_cuts(Poll& poll) {
     for (int round = 1; round <= smoothing_rounds; ++round) {
         poll();
         for (const int v : moving) {
-            if (round > rounds_of_held && held_.contains(v)) continue;
             Vec3 sum = Vec3::Zero();
             for (const int w : next[at(v)]) sum += mesh_.point(w);
             mesh_.move(v, sum / double(next[at(v)].size()));

@@ -11,7 +11,6 @@
 #include <array>
 #include <cstdint>
 #include <map>
-#include <set>
 #include <unordered_set>
 #include <utility>
 #include <vector>
@@ -95,9 +94,8 @@ class PieceMesh {
     /// have room.
     CutPiece piece(int triangle);
     /// Makes a path a wall; its ends become nodes.
-    /// @param held  it stays where it is when cuts are straightened, but for its zigzag
-    void cut(const CutPiece& piece, const PiecePath& path, const Parting& start, const Parting& end,
-             bool held = false);
+    void cut(const CutPiece& piece, const PiecePath& path, const Parting& start,
+             const Parting& end);
     void make_node(int v) { node_[std::size_t(v)] = 1; }
     /// Makes lines walls, and takes the quads of pieces from their sectors. Vertices with more than
     /// two walls and ends of lines become nodes.
@@ -143,7 +141,6 @@ class PieceMesh {
     };
     std::map<std::pair<int, int>, WallSector> sectors_;  // by vertex and next one on the border
     std::vector<std::vector<int>> cuts_;                 ///< paths that were cut, as vertices
-    std::set<int> held_;  ///< vertices that smooth_cuts() moves little
 };
 
 }  // namespace patchwright::cage
