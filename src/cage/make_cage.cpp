@@ -71,6 +71,7 @@ mesh::Cage joined(const std::vector<Blocks>& parts) {
 // logarithm of its ratio is less. Every scaling makes a whole cage.
 constexpr int scalings = 4;
 constexpr double log_ratio_met = 0.2;
+
 bool is_met(double ratio) { return std::abs(std::log(ratio)) < log_ratio_met; }
 
 /// What a cage is made from.

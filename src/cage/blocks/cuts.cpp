@@ -365,7 +365,7 @@ class CutSearch {
     Directions directions_;
     double scale_;
     std::vector<double> to_node_;
-    std::vector<int> corners_before_;  ///< each border point, of whatever number of quads but two
+    std::vector<int> corners_before_;  ///< each border point; of one quad or several
     geom::PathSearch search_;          ///< from the last source
 };
 
