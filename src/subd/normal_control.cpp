@@ -124,9 +124,11 @@ bool is_concave(const geom::Points& ring, int faces) {
 }
 
 /// The ring with inner edges in even angles between the creases, of lengths between theirs but no
-/// longer than they are.
+/// longer than they are; held points stay.
 /// @param ring  of sector_points()
-geom::Points even_sector(const geom::Points& ring, int faces, bool concave) {
+/// @param free  by point: 0 where it is held
+geom::Points even_sector(const geom::Points& ring, const Eigen::VectorXd& free, int faces,
+                         bool concave) {
     const auto edge = [&](int i) -> Eigen::Vector3d {
         return (ring.row(1 + i) - ring.row(0)).transpose();
     };
@@ -136,14 +138,17 @@ geom::Points even_sector(const geom::Points& ring, int faces, bool concave) {
     const double angle = concave ? 2.0 * std::numbers::pi - between : between;
     geom::Points even = ring;
     for (int i = 1; i < faces; ++i) {
+        if (free[1 + i] == 0.0) continue;
         const double share = double(i) / faces;
         const double length = std::pow(first.norm(), 1.0 - share) * std::pow(last.norm(), share);
         const Eigen::Vector3d direction =
             Eigen::AngleAxisd(share * angle, normal) * first.normalized();
         even.row(1 + i) = ring.row(0) + std::min(length, edge(i).norm()) * direction.transpose();
     }
-    for (int i = 0; i < faces; ++i)
+    for (int i = 0; i < faces; ++i) {
+        if (free[faces + 2 + i] == 0.0) continue;
         even.row(faces + 2 + i) = even.row(1 + i) + even.row(2 + i) - even.row(0);
+    }
     return even;
 }
 
@@ -274,8 +279,8 @@ CornerSectors::CornerSectors(const Topology& topology, const geom::Points& point
             Eigen::VectorXd free(Eigen::Index(sector.ring.size()));
             for (Eigen::Index k = 0; k < free.size(); ++k)
                 free[k] = held[std::size_t(sector.ring[std::size_t(k)])] == 0 ? 1.0 : 0.0;
-            // Edges on features leave no room.
-            if (!(free.segment(2, faces - 1).array() > 0.0).all()) continue;
+            // Where all inner edges end on features there is nothing to turn.
+            if (!(free.segment(2, faces - 1).array() > 0.0).any()) continue;
             // Of rank one: every row is a multiple of the mask, every column of the motion.
             const Eigen::MatrixXd growth = growing_part(sector_matrix(faces, 0.0, true), 0.5);
             Eigen::Index row = 0, column = 0;
@@ -289,7 +294,7 @@ CornerSectors::CornerSectors(const Topology& topology, const geom::Points& point
             const SectorCone cone(local, faces, sector.concave);
             if (!cone.exists()) continue;
             const Eigen::Vector3d even =
-                (sector.mask * even_sector(local, faces, sector.concave)).transpose();
+                (sector.mask * even_sector(local, free, faces, sector.concave)).transpose();
             sector.room = even - cone.nearest(even);
             sectors_.push_back(std::move(sector));
         }

@@ -124,6 +124,23 @@ TEST_CASE("uneven concave corners fold until they are settled", "[subd]") {
     CHECK((cage.points - settled).cwiseAbs().maxCoeff() < 1e-12);
 }
 
+TEST_CASE("corners are settled by what is free where an inner edge ends on a feature", "[subd]") {
+    const mesh::Cage cage = uneven_sector();
+    const Vec3 up = Vec3(-0.3, 0.0, 1.0).normalized();
+    const auto settled = [&](std::initializer_list<int> held_vertices) {
+        std::vector<std::uint8_t> held(8, 0);
+        for (const int v : held_vertices) held[std::size_t(v)] = 7;
+        mesh::Cage result = cage;
+        subd::CornerSectors(*cage.topology, cage.points, held).settle(result.points);
+        for (const int v : held_vertices) CHECK(result.points.row(v) == cage.points.row(v));
+        return result;
+    };
+    CHECK(least_cosine(settled({0, 1, 7, 3}), 3, up) > 0.999999);
+    // The edge at 235 degrees is what folds the sector, beyond what an even one at 90 would mend.
+    CHECK(settled({0, 1, 7, 5}).points == cage.points);
+    CHECK(settled({0, 1, 7, 3, 5}).points == cage.points);
+}
+
 TEST_CASE("settled corners stay so under the displacements that are left", "[subd]") {
     mesh::Cage cage = uneven_sector();
     std::vector<std::uint8_t> held(8, 0);

@@ -25,8 +25,8 @@ mesh::Cage control_normals(const mesh::Cage& cage);
 /// Sectors of three or four quads between sharp edges at corners, without an angle. One part of
 /// their control points shrinks by less than half at every step, so that near the corner its
 /// direction decides whether the limit surface folds: it must lie between the sharp edges, in
-/// concave sectors between what points against them. Sectors of more quads have several such parts
-/// and are left as they are.
+/// concave sectors between what points against them. Sectors of more quads have several such parts;
+/// they are left as they are, and so are those whose inner edges all end at points that are held.
 class CornerSectors {
   public:
     /// @param points  say which sectors are concave, and how much room they have
@@ -48,8 +48,9 @@ class CornerSectors {
         std::vector<std::int32_t> ring;
         bool concave = false;
         Eigen::RowVectorXd mask;  ///< of the part
-        Eigen::VectorXd motion;   ///< that changes the part by one, and no other one
-        /// Where there is too little room for even angles: the part of points that have these.
+        Eigen::VectorXd motion;   ///< that changes the part by one, of points that move
+        /// How far off the part stays when edges that are not held have even angles, where there is
+        /// too little room.
         Eigen::Vector3d room = Eigen::Vector3d::Zero();
         Eigen::Matrix3d kept = Eigen::Matrix3d::Zero();  ///< projection onto directions
         [[nodiscard]] geom::Points local(const geom::Points& points) const;
