@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
+#include <deque>
 #include <unordered_map>
 #include <vector>
 
@@ -138,14 +139,19 @@ class Compactor {
 
     /// Lets all instances of a kind with the same text stand for the first of them.
     void share(std::string_view kind) {
-        std::unordered_map<std::string, std::int64_t> known;
+        std::unordered_map<std::string_view, std::int64_t> known;
+        std::deque<std::string> renumbered;  // what the map's keys look at
         for (Instance& instance : instances_) {
-            if (!body_of(instance).starts_with(kind)) continue;
-            std::string text;
-            rewrite(
-                body_of(instance), [&](std::int64_t n) { return meaning_[std::size_t(n)]; },
-                [&](const std::string& token) { text += token; });
-            const auto [twin, added] = known.try_emplace(std::move(text), instance.number);
+            std::string_view text = body_of(instance);
+            if (!text.starts_with(kind)) continue;
+            if (text.find('#') != std::string_view::npos) {
+                std::string& own = renumbered.emplace_back();
+                rewrite(
+                    text, [&](std::int64_t n) { return meaning_[std::size_t(n)]; },
+                    [&](const std::string& token) { own += token; });
+                text = own;
+            }
+            const auto [twin, added] = known.try_emplace(text, instance.number);
             instance.omitted = !added;
             meaning_[std::size_t(instance.number)] = twin->second;
         }
