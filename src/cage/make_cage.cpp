@@ -1,4 +1,5 @@
 #include "cage/blocks/block_borders.h"
+#include "cage/blocks/layout_mesh.h"
 #include "cage/field/body_blocks.h"
 #include "cage/kept_curves.h"
 #include "cage/poll.h"
@@ -180,17 +181,17 @@ LaidOut lay_out_blocks(const SurfaceBody& body, const BlockBorders& borders,
         if (!along_faces) text += fmt::format(", no blocks along its faces ({})", of_faces.refused);
         faces_refused = faces_refused || !along_faces;
     }
-    if (by_field && (!along_faces || *by_field < *along_faces)) {
-        text += ", blocks by a cross field";
-        part = std::move(of_field.blocks);
-        return LaidOut::ByField;
-    }
-    if (along_faces) {
-        text += ", blocks along its faces";
-        part = std::move(of_faces.blocks);
-        return LaidOut::AlongFaces;
-    }
-    return LaidOut::Not;
+    const bool is_field = by_field && (!along_faces || *by_field < *along_faces);
+    if (!is_field && !along_faces) return LaidOut::Not;
+    BodyBlocks& taken = is_field ? of_field : of_faces;
+    text += is_field ? ", blocks by a cross field" : ", blocks along its faces";
+    if (taken.closed_strips > 0)
+        text += fmt::format(
+            " (faces that became lines, as they are narrower than {} of the "
+            "tolerance: {})",
+            closed_share, taken.closed_strips);
+    part = std::move(taken.blocks);
+    return is_field ? LaidOut::ByField : LaidOut::AlongFaces;
 }
 
 Aligned aligned(const geom::SurfaceMesh& mesh, const CageSource& source,

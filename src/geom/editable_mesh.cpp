@@ -136,10 +136,23 @@ bool EditableMesh::can_collapse(int gone, int kept) const {
     const EdgeSides s = sides(gone, kept);
     if (s.triangle[0] < 0) return false;
     const VertexKind kind_gone = kind(gone);
-    const bool boundary_edge = s.triangle[1] < 0;
     if (kind_gone == VertexKind::Fixed) return false;
     if (kind_gone == VertexKind::Curve && curve(s.triangle[0], s.side[0]) < 0) return false;
-    if (!boundary_edge && is_boundary(gone)) return false;
+    if (s.triangle[1] >= 0 && is_boundary(gone)) return false;
+    for (std::size_t i = 0; i < 2; ++i) {
+        const int t = s.triangle[i];
+        if (t < 0) continue;
+        const int other = triangles_[at(t)][at((s.side[i] + 2) % 3)];
+        if (is_feature(gone, other) && is_feature(kept, other)) return false;
+    }
+    return stays_manifold(gone, kept);
+}
+
+bool EditableMesh::stays_manifold(int gone, int kept) const {
+    const EdgeSides s = sides(gone, kept);
+    if (s.triangle[0] < 0) return false;
+    const bool boundary_edge = s.triangle[1] < 0;
+    if (!boundary_edge && is_boundary(gone) && is_boundary(kept)) return false;
     // Link condition: only the triangles at the edge may join both ends.
     const auto of_gone = neighbours(gone), of_kept = neighbours(kept);
     int common = 0;
@@ -150,7 +163,6 @@ bool EditableMesh::can_collapse(int gone, int kept) const {
         const int t = s.triangle[i];
         if (t < 0) continue;
         const int other = triangles_[at(t)][at((s.side[i] + 2) % 3)];
-        if (is_feature(gone, other) && is_feature(kept, other)) return false;
         // The third corner must keep a proper fan.
         const std::size_t least = is_boundary(other) ? 2 : 4;
         if (fans_[at(other)].size() < least) return false;
@@ -198,9 +210,8 @@ void EditableMesh::collapse(int gone, int kept) {
         const int other = triangles_[at(t)][at((s.side[i] + 2) % 3)];
         // What was on the side that goes is on the side that it is merged with.
         const EdgeSides of_gone = sides(gone, other), of_kept = sides(kept, other);
-        int label = -1;
-        for (const EdgeSides& e : {of_gone, of_kept})
-            label = std::max(label, curve(e.triangle[0], e.side[0]));
+        int label = curve(of_kept.triangle[0], of_kept.side[0]);
+        if (label < 0) label = curve(of_gone.triangle[0], of_gone.side[0]);
         for (const EdgeSides& e : {of_gone, of_kept})
             for (std::size_t j = 0; j < 2; ++j)
                 if (e.triangle[j] >= 0) curves_[at(e.triangle[j])][at(e.side[j])] = label;

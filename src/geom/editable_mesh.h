@@ -61,10 +61,13 @@ class EditableMesh {
 
     /// Whether `gone` may be merged into `kept` without harm to topology and features.
     [[nodiscard]] bool can_collapse(int gone, int kept) const;
+    /// Whether every edge keeps one or two triangles when `gone` is merged into `kept`.
+    [[nodiscard]] bool stays_manifold(int gone, int kept) const;
     /// Whether the triangles that stay keep their orientation and some height when `gone` is at
     /// `kept`. Triangles whose sides are all shorter than `negligible` may turn as they like.
     [[nodiscard]] bool collapse_is_flat(int gone, int kept, double least_cosine,
                                         double negligible = 0.0) const;
+    /// Where two feature curves become one side, it is on that of `kept`.
     void collapse(int gone, int kept);
     /// A vertex of no triangle, on no feature.
     int add_vertex(const Vec3& at);

@@ -106,8 +106,10 @@ std::vector<SharpCurveDistance> measure_sharp_curves(const geom::ModelSurface& f
     using geom::FeatureKind;
     const std::vector<int> kinked = kinked_curves(to, least_kink_rad);
     const auto distance = [&](const geom::Vec3& p, bool any_edge) {
-        const auto sharp = to.feature_point(p, FeatureKind::Sharp);
-        double nearest = sharp ? sharp->distance : std::numeric_limits<double>::infinity();
+        double nearest = std::numeric_limits<double>::infinity();
+        for (const FeatureKind kind : {FeatureKind::Sharp, FeatureKind::Free})
+            if (const auto edge = to.feature_point(p, kind))
+                nearest = std::min(nearest, edge->distance);
         for (const int curve : kinked)
             nearest = std::min(nearest, to.nearest_on_curve(curve, p).distance);
         if (!any_edge) return nearest;

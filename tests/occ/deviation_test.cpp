@@ -6,10 +6,12 @@
 #include <patchwright/measure/field.h>
 #include <patchwright/occ/inspect.h>
 
+#include <BRepBuilderAPI_MakeFace.hxx>
 #include <BRepGProp.hxx>
 #include <BRepPrimAPI_MakeSphere.hxx>
 #include <GProp_GProps.hxx>
 #include <catch2/catch.hpp>
+#include <gp_Pln.hxx>
 
 #include <Eigen/Geometry>
 
@@ -163,6 +165,15 @@ TEST_CASE("sharp curves are looked at one by one", "[occ][oracle]") {
     for (const auto& c : longest) CHECK(c.length == Approx(12.0));
     for (const auto& c : measure::measure_sharp_curves(low, sphere(5.0), 1.0))
         CHECK(std::isinf(c.distance));
+    // An open surface is not smooth where it ends: the lid alone, all edges of which are free.
+    const CadReference lid(test::model_of(
+        BRepBuilderAPI_MakeFace(gp_Pln(gp_Pnt(0, 0, 10), gp_Dir(0, 0, 1)), 0, 10, 0, 10).Face()));
+    int on_border = 0;
+    for (const auto& c : measure::measure_sharp_curves(low, lid, 1.0)) {
+        CHECK((c.distance == Approx(10.0) || c.distance == Approx(0.0).margin(1e-9)));
+        on_border += c.distance < 1.0 ? 1 : 0;
+    }
+    CHECK(on_border == 4);
 }
 
 TEST_CASE("the field between two spheres is what the radii say, on triangles that cover one",

@@ -80,9 +80,9 @@ struct SharpCurveDistance {
     geom::Vec3 at = geom::Vec3::Zero();  ///< where that is
 };
 
-/// Sharp curves of `from` longer than `longer_than_mm` against the creases of `to`: its sharp edges
-/// and those along which its faces meet at more than a degree somewhere. For a curve whose faces
-/// meet at less than a sharp edge's angle on a part of it, all edges of `to` count.
+/// Sharp curves of `from` longer than `longer_than_mm` against where `to` is not smooth: its sharp
+/// and free edges and those along which its faces meet at more than a degree somewhere. For a curve
+/// whose faces meet at less than a sharp edge's angle on a part of it, all edges of `to` count.
 /// @return one a curve, in the order of Features::curves
 /// @throw Cancelled when the progress callback asks for it
 std::vector<SharpCurveDistance> measure_sharp_curves(const geom::ModelSurface& from,

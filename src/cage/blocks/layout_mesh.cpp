@@ -1,5 +1,6 @@
 #include "cage/blocks/layout_mesh.h"
 
+#include "cage/blocks/close_strips.h"
 #include "cage/remesh/mesh_part.h"
 #include "cage/remesh/remesh.h"
 
@@ -49,8 +50,10 @@ void divide_short_features(geom::EditableMesh& mesh, const geom::ModelSurface& r
 
 geom::EditableMesh layout_mesh(const SurfaceBody& body, const std::vector<char>& borders,
                                double tolerance_rel, const geom::ModelSurface& reference,
-                               Poll& poll) {
+                               Poll& poll, int& closed_strips) {
     geom::EditableMesh mesh(part_of(body, borders));
+    closed_strips =
+        close_strips(mesh, reference, closed_share * tolerance_rel * reference.size(), poll);
     RemeshOptions remeshing;
     remeshing.size.tolerance_rel = tolerance_rel;
     remeshing.size.largest_rel = longest_triangle_rel / triangle_scale;

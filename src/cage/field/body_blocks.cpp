@@ -56,8 +56,10 @@ double worst_sag(const Blocks& blocks, const geom::ModelSurface& reference, Poll
 
 /// @throw LayoutRefused
 QuadLayout field_layout(const SurfaceBody& body, const std::vector<char>& borders,
-                        double tolerance_rel, const geom::ModelSurface& reference, Poll& poll) {
-    geom::EditableMesh mesh = layout_mesh(body, borders, tolerance_rel, reference, poll);
+                        double tolerance_rel, const geom::ModelSurface& reference, Poll& poll,
+                        int& closed_strips) {
+    geom::EditableMesh mesh =
+        layout_mesh(body, borders, tolerance_rel, reference, poll, closed_strips);
     open_corners(mesh);
     const auto hints = curvature_hints(mesh, reference, poll);
     CrossField field = cross_field(mesh, hints, poll);
@@ -71,8 +73,10 @@ QuadLayout field_layout(const SurfaceBody& body, const std::vector<char>& border
 
 /// @throw LayoutRefused
 QuadLayout face_layout(const SurfaceBody& body, const std::vector<char>& borders,
-                       double tolerance_rel, const geom::ModelSurface& reference, Poll& poll) {
-    geom::EditableMesh mesh = layout_mesh(body, borders, tolerance_rel, reference, poll);
+                       double tolerance_rel, const geom::ModelSurface& reference, Poll& poll,
+                       int& closed_strips) {
+    geom::EditableMesh mesh =
+        layout_mesh(body, borders, tolerance_rel, reference, poll, closed_strips);
     QuadLayout layout = brep_layout(mesh, reference, poll);
     cut_shared_pieces(layout);
     return layout;
@@ -107,12 +111,15 @@ BodyBlocks field_blocks(const SurfaceBody& body, const std::vector<char>& border
                         const geom::ModelSurface& reference,
                         const std::vector<std::string>& face_names, const CageOptions& options,
                         Poll& poll, double scale) {
+    BodyBlocks result;
     try {
-        QuadLayout layout = field_layout(body, borders, options.tolerance_rel, reference, poll);
-        return {blocks_of(layout, sizes_of(options, scale), reference, face_names, poll), {}};
+        QuadLayout layout = field_layout(body, borders, options.tolerance_rel, reference, poll,
+                                         result.closed_strips);
+        result.blocks = blocks_of(layout, sizes_of(options, scale), reference, face_names, poll);
     } catch (const LayoutRefused& refusal) {
-        return {std::nullopt, refusal.why};
+        result.refused = refusal.why;
     }
+    return result;
 }
 
 BodyBlocks face_blocks(const SurfaceBody& body, const std::vector<char>& borders,
@@ -121,7 +128,8 @@ BodyBlocks face_blocks(const SurfaceBody& body, const std::vector<char>& borders
                        Poll& poll, double scale) {
     BodyBlocks result;
     try {
-        QuadLayout layout = face_layout(body, borders, options.tolerance_rel, reference, poll);
+        QuadLayout layout = face_layout(body, borders, options.tolerance_rel, reference, poll,
+                                        result.closed_strips);
         MetricSizes sizes = sizes_of(options, scale);
         result.blocks = blocks_of(layout, sizes, reference, face_names, poll);
         // What sticks out of the middle of a large block is seen by no line along it.

@@ -15,7 +15,8 @@ namespace patchwright::cage {
 
 struct BodyBlocks {
     std::optional<Blocks> blocks;
-    std::string refused;  ///< why there are none; empty: there are
+    std::string refused;    ///< why there are none; empty: there are
+    int closed_strips = 0;  ///< narrower than the tolerance: they became lines, see close_strips()
 };
 
 /// Lines of a cross field part the surface between the borders into blocks.
