@@ -88,6 +88,16 @@ TEST_CASE("an edge wider than the width stays", "[cage]") {
     CHECK(after.feature_sides == before.feature_sides);
 }
 
+TEST_CASE("thin plates and bars keep their sides", "[cage]") {
+    for (const double other : {6.0, 0.01}) {
+        const geom::MeshReference reference(
+            test::prism({{{0, 0}, {10, 0}, {10, 0.01}, {0, 0.01}}, {{0, 1, 2}, {0, 2, 3}}}, other));
+        geom::EditableMesh mesh(reference.surface_mesh(0.0));
+        CHECK(cage::close_strips(mesh, reference, 0.02, poll) == 0);
+        CHECK(Count(mesh).vertices == 8);
+    }
+}
+
 TEST_CASE("vertices of both sides of a strip are on the line", "[cage][oracle]") {
     // The upper edge is parted at one place, the lower one at two: where they are 0.5 and more
     // apart the line has a vertex for each.

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -41,7 +42,7 @@ class StripCloser {
             if (!may_be_strip()) continue;
             const geom::EditableMesh before = mesh_;
             simplify();
-            if (is_strip()) close();
+            if (is_strip() && opens_out()) close();
             if (region_.empty()) {
                 ++closed;
             } else {
@@ -156,6 +157,22 @@ class StripCloser {
             }
             return mesh_.area_vector(t).norm() < width_ * longest;
         });
+    }
+
+    /// Whether what lies beside turns away from the strip, by the mean over its border: where sides
+    /// are parallel, as beside the rim of a plate, a body as thin as the strip would be left flat.
+    [[nodiscard]] bool opens_out() const {
+        double sum = 0.0, border = 0.0;
+        for (const int t : region_)
+            for (int k = 0; k < 3; ++k) {
+                if (mesh_.curve(t, k) < 0) continue;
+                const double side = length(ends(t, k).first, ends(t, k).second);
+                border += side;
+                if (const int other = beyond(t, k); other >= 0)
+                    sum += side * mesh_.area_vector(t).normalized().dot(
+                                      mesh_.area_vector(other).normalized());
+            }
+        return sum > std::sin(0.5 * geom::least_bend_rad) * border;
     }
 
     void close() {
