@@ -14,7 +14,7 @@ namespace patchwright::measure {
 enum class Requirement {
     DistanceToInput,    ///< of the output from the input
     DistanceFromInput,  ///< of the input from the output
-    SharpCurves,        ///< long sharp curves of the input are sharp curves of the output
+    SharpCurves,        ///< long sharp curves of the input are sharp or free ones of the output
     Closed,             ///< no free edges where the input has none
     Valid,              ///< for the CAD kernel
     Bodies,             ///< as many as in the input

@@ -94,7 +94,8 @@ class StripCloser {
         return area < 0.5 * border * width_;
     }
 
-    /// Takes out vertices inside, and those on features that are near to the one before.
+    /// Takes out vertices inside, and those on features that are near to another one, one after the
+    /// other.
     void simplify() {
         for (int pass = 0; pass < most_passes; ++pass) {
             bool any = false;

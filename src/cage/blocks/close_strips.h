@@ -9,9 +9,11 @@
 namespace patchwright::cage {
 
 /// Closes strips between features that are nearer to each other than `width_mm` all along, as those
-/// of blunt trailing edges are: what one feature has beyond the other goes to the longer one, of
-/// one that comes back beside itself to its first half. Where it turns back the line that stays
-/// ends within the surface.
+/// of blunt trailing edges are. What stays is the border of the surface, else the longer feature,
+/// of one that comes back beside itself its first half; where it turns back that line ends within
+/// the surface. A side with vertices nearer to each other than the width may become one chord.
+/// Strips between parallel sides stay, as the rim of a plate, and so does what cannot be closed
+/// all along.
 /// @return how many strips were closed
 int close_strips(geom::EditableMesh& mesh, const geom::ModelSurface& reference, double width_mm,
                  Poll& poll);
