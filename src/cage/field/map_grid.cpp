@@ -1,5 +1,6 @@
 #include "cage/field/map_grid.h"
 
+#include "cage/blocks/corner_rings.h"
 #include "cage/blocks/folded_quads.h"
 #include "cage/blocks/layout_refused.h"
 #include "cage/blocks/shape_quads.h"
@@ -36,8 +37,9 @@ class MapGrid {
         for (std::size_t a = 0; a < layout_.arcs.size(); ++a) add_arc(int(a));
         for (std::size_t b = 0; b < layout_.blocks.size(); ++b) add_block(int(b));
         check();
-        shape_quads({blocks_.faces, freedom_, blocks_.creases, normals_}, blocks_.points,
-                    reference_, poll_);
+        const QuadsOnModel quads{blocks_.faces, freedom_, blocks_.creases, normals_};
+        shape_quads(quads, blocks_.points, reference_, poll_);
+        even_corner_rings(quads, blocks_.points, reference_, poll_);
         return std::move(blocks_);
     }
 
