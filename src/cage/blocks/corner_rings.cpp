@@ -23,7 +23,7 @@ namespace {
 
 // Three quads that have 72 degrees each do as they are.
 constexpr double widest_left_rad = 1.2 * std::numbers::pi;
-// Of two quads no even angles help, and where there are more they are narrow.
+// Those that subd::CornerSectors turns: of two quads no angles help (decision 056).
 constexpr std::size_t fewest_quads = 3, most_quads = 4;
 // How many quads around those of a corner are shaped anew.
 constexpr int shaped_around = 3;

@@ -14,7 +14,8 @@
 
 namespace patchwright::cage {
 
-/// Points by a BlockMap, then moved so that quads get good shapes (shape_quads()).
+/// Points by a BlockMap, then moved so that quads get good shapes (shape_quads()), with even angles
+/// at corners of wide sectors (even_corner_rings()).
 /// @param divisions   such that least_apart() is empty, without insertions
 /// @param face_names  one a face of the model: groups of the quads
 /// @pre every block is a whole piece
