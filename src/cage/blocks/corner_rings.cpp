@@ -124,15 +124,21 @@ class CornerRings {
                                            (turned * first.normalized()));
         }
         ends.push_back(points_[at(sector.edges.back())]);
-        for (std::size_t i = 1; i < quads; ++i) put(sector.edges[i], ends[i], sector.normal);
-        for (std::size_t i = 0; i < quads; ++i)
-            put(sector.diagonals[i], ends[i] + ends[i + 1] - corner, sector.normal);
+        for (std::size_t i = 1; i < quads; ++i) {
+            const int end = sector.edges[i];
+            if (!freedom_[at(end)].free) continue;
+            put(end, ends[i], sector.normal);
+            freedom_[at(end)] = {.free = false, .line = (ends[i] - corner).normalized()};
+        }
+        for (std::size_t i = 0; i < quads; ++i) {
+            const int opposite = sector.diagonals[i];
+            if (freedom_[at(opposite)].free && !placed_.contains(opposite))
+                put(opposite, ends[i] + ends[i + 1] - corner, sector.normal);
+        }
     }
 
     void put(int v, const Vec3& there, const Vec3& normal) {
-        if (!freedom_[at(v)].free) return;
         points_[at(v)] = reference_.foot_point(there, normal).point;
-        freedom_[at(v)] = {.free = false, .curve = -1};
         placed_.insert(v);
     }
 
@@ -145,7 +151,7 @@ class CornerRings {
                     near.insert(face.begin(), face.end());
         }
         for (std::size_t v = 0; v < freedom_.size(); ++v)
-            if (!near.contains(int(v))) freedom_[v] = {.free = false, .curve = -1};
+            if (!near.contains(int(v))) freedom_[v] = {.free = false};
     }
 
     const QuadsOnModel& quads_;

@@ -9,10 +9,11 @@
 
 namespace patchwright::cage {
 
-/// Such corners are where the trailing edge of a fin meets a wing. Their quads are put at even
-/// angles: the ends of their inner edges, no farther off than they are and than the edges of the
-/// features, and the opposite corners of the quads. The limit surface may fold there otherwise
-/// (decision 099). The next quads around them get good shapes again, see shape_quads().
+/// Such corners are where the trailing edge of a fin meets a wing. The inner edges of their quads
+/// are put at even angles, with lengths that are no longer than they are and than between those of
+/// the features' edges. The limit surface may fold there otherwise (decision 099). Then these quads
+/// and the next ones get good shapes again, see shape_quads(); ends of inner edges keep to the
+/// edges' lines (decision 100).
 /// @param points  on the model; moved
 void even_corner_rings(const QuadsOnModel& quads, std::vector<geom::Vec3>& points,
                        const geom::ModelSurface& reference, Poll& poll);

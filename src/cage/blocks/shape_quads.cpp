@@ -69,7 +69,7 @@ class Shaper {
     static constexpr int step_halvings = 4;
     static constexpr double longest_step = 0.5;
     // Sine of the angles of quads (24 degrees) from which on points on features stay where sizes
-    // along the features put them.
+    // along the features put them, and those on lines.
     static constexpr double well_formed = 0.4;
     // Share of quads that are turned over after a round from which on more rounds do not help.
     static constexpr double most_turned = 0.1;
@@ -114,11 +114,11 @@ class Shaper {
         }
     }
 
-    /// Normals of the model at the points, on the side that the quads around them are on.
+    /// Normals of the model at points on surfaces, on the side that the quads around them are on.
     void find_ups() {
         up_.assign(points_.size(), Vec3::Zero());
         for (std::size_t v = 0; v < points_.size(); ++v) {
-            if (!freedom_[v].free) continue;
+            if (!freedom_[v].on_surface()) continue;
             poll_();
             Vec3 sum = Vec3::Zero();
             for (const std::size_t f : around_[v]) sum += normals_[f];
@@ -241,22 +241,31 @@ class Shaper {
         return true;
     }
 
-    /// @return how far the point went, as a share of the edges around it
-    double improve(int v) {
+    /// Directions that a point may go in; the second is zero along features and lines.
+    [[nodiscard]] Frame frame_at(int v) const {
         const Freedom& freedom = freedom_[at(v)];
-        if (!freedom.free && (freedom.curve < 0 || is_well_formed(v))) return 0.0;
         const Vec3 normal = up_[at(v)];
-        if (freedom.free && !(normal.norm() > 0.5)) return 0.0;
-        poll_();
-        const Vec3 old = points_[at(v)];
-        Frame frame;
+        Frame frame = Frame::Zero();
         if (freedom.free) {
             frame.col(0) = normal.unitOrthogonal();
             frame.col(1) = normal.cross(frame.col(0));
+        } else if (freedom.on_line()) {
+            frame.col(0) = (freedom.line - freedom.line.dot(normal) * normal).normalized();
         } else {
-            frame.col(0) = reference_.nearest_on_curve(freedom.curve, old).tangent;
-            frame.col(1).setZero();
+            frame.col(0) = reference_.nearest_on_curve(freedom.curve, points_[at(v)]).tangent;
         }
+        return frame;
+    }
+
+    /// @return how far the point went, as a share of the edges around it
+    double improve(int v) {
+        const Freedom& freedom = freedom_[at(v)];
+        if (!freedom.moves() || (!freedom.free && is_well_formed(v))) return 0.0;
+        const Vec3 normal = up_[at(v)];
+        if (freedom.on_surface() && !(normal.norm() > 0.5)) return 0.0;
+        poll_();
+        const Vec3 old = points_[at(v)];
+        const Frame frame = frame_at(v);
         const Local now = around(v, frame);
         Eigen::Vector2d step = Eigen::Vector2d::Zero();
         if (freedom.free)
@@ -271,7 +280,7 @@ class Shaper {
             const Vec3 there = old + frame * step;
             points_[at(v)] = there;
             if (around(v, frame).value >= now.value) continue;
-            if (freedom.free) {
+            if (freedom.on_surface()) {
                 const geom::FootPoint foot = reference_.foot_point(there, normal);
                 if (foot.normal.dot(normal) < agrees ||
                     (foot.point - old).norm() > farthest_foot * step.norm())

@@ -13,7 +13,13 @@ namespace patchwright::cage {
 /// Where a point may go.
 struct Freedom {
     bool free = true;  ///< anywhere on the surface
-    int curve = -1;    ///< if not free: along this feature; -1: nowhere
+    int curve = -1;    ///< if not free: along this feature; -1: along the line, if any
+    /// If neither: a unit vector, along which the point may go on the surface; zero: nowhere.
+    geom::Vec3 line = geom::Vec3::Zero();
+
+    [[nodiscard]] bool on_line() const { return !free && curve < 0 && !line.isZero(); }
+    [[nodiscard]] bool on_surface() const { return free || on_line(); }
+    [[nodiscard]] bool moves() const { return on_surface() || curve >= 0; }
 };
 
 /// Quads whose points are on a model.
@@ -29,7 +35,8 @@ struct QuadsOnModel {
 /// from quad to quad, and opens quads that fold: least regularised distortion (Garanzha, Kaporin,
 /// Kudryavtseva, Protais, Ray and Sokolov, "Foldover-free maps in 50 lines of code", 2021), one
 /// point after the other by Newton's method. Where quads are larger than the model's radii of
-/// curvature some may stay folded.
+/// curvature some may stay folded. Points that are not free stay while the quads around them have
+/// no small angle.
 /// @param points  on the model; moved
 void shape_quads(const QuadsOnModel& quads, std::vector<geom::Vec3>& points,
                  const geom::ModelSurface& reference, Poll& poll);
