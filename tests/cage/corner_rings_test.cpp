@@ -1,7 +1,7 @@
 // Quads at corners where features leave more than 216 degrees to three or four of them.
 #include "cage/blocks/corner_rings.h"
 
-#include "cage/blocks/folded_quads.h"
+#include "folded_corners.h"
 #include "support/triangle_shapes.h"
 
 #include <patchwright/geom/mesh_reference.h>
@@ -61,13 +61,7 @@ struct Notched {
     Vec3& point(int i, int j) { return points[std::size_t(at(i, j))]; }
     [[nodiscard]] cage::QuadsOnModel quads() const { return {faces, freedom, creases, normals}; }
 
-    [[nodiscard]] int folded() const {
-        int count = 0;
-        for (const auto& face : faces)
-            for (int k = 0; k < 4; ++k)
-                count += cage::corner_sine(points, face, k, Vec3::UnitZ()) <= 0.0 ? 1 : 0;
-        return count;
-    }
+    [[nodiscard]] int folded() const { return test::folded_corners(points, faces); }
 };
 
 const geom::MeshReference& box() {

@@ -1,7 +1,7 @@
 // Points of quads that fold or are out of step, moved within a model.
 #include "cage/blocks/shape_quads.h"
 
-#include "cage/blocks/folded_quads.h"
+#include "folded_corners.h"
 #include "support/triangle_shapes.h"
 
 #include <patchwright/geom/mesh_reference.h>
@@ -39,13 +39,7 @@ struct Sheet {
         normals.assign(faces.size(), Vec3::UnitZ());
     }
 
-    [[nodiscard]] int folded() const {
-        int count = 0;
-        for (const auto& face : faces)
-            for (int k = 0; k < 4; ++k)
-                count += cage::corner_sine(points, face, k, Vec3::UnitZ()) <= 0.0 ? 1 : 0;
-        return count;
-    }
+    [[nodiscard]] int folded() const { return test::folded_corners(points, faces); }
 };
 
 TEST_CASE("a folded sheet is opened to even squares", "[cage][oracle]") {

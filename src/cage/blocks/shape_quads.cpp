@@ -114,7 +114,7 @@ class Shaper {
         }
     }
 
-    /// Normals of the model at points on surfaces, on the side that the quads around them are on.
+    /// Normals of the model at points that move on it, on the side that the quads around them are.
     void find_ups() {
         up_.assign(points_.size(), Vec3::Zero());
         for (std::size_t v = 0; v < points_.size(); ++v) {

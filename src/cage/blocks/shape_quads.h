@@ -35,8 +35,8 @@ struct QuadsOnModel {
 /// from quad to quad, and opens quads that fold: least regularised distortion (Garanzha, Kaporin,
 /// Kudryavtseva, Protais, Ray and Sokolov, "Foldover-free maps in 50 lines of code", 2021), one
 /// point after the other by Newton's method. Where quads are larger than the model's radii of
-/// curvature some may stay folded. Points that are not free stay while the quads around them have
-/// no small angle.
+/// curvature some may stay folded. Points that are not free stay while no quad around them has a
+/// small angle or one near 180 degrees.
 /// @param points  on the model; moved
 void shape_quads(const QuadsOnModel& quads, std::vector<geom::Vec3>& points,
                  const geom::ModelSurface& reference, Poll& poll);
