@@ -21,6 +21,9 @@ class FrontMesh {
     [[nodiscard]] std::span<const Corner> corners(std::size_t point) const {
         return {corners_.data() + begin_[point], corners_.data() + begin_[point + 1]};
     }
+    /// Of a point's corners, among those of all points one after the other.
+    [[nodiscard]] std::size_t first_corner(std::size_t point) const { return begin_[point]; }
+    [[nodiscard]] std::size_t corner_count() const { return corners_.size(); }
     /// Number of each point of a block, i fastest.
     [[nodiscard]] const std::vector<std::int32_t>& numbers(int block) const {
         return numbers_[std::size_t(block)];

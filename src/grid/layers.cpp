@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cmath>
 #include <optional>
+#include <span>
 
 namespace patchwright::grid {
 
@@ -58,11 +59,15 @@ class Marcher {
           steps_(mesh.size()),
           other_(mesh.size()),
           came_(mesh.size(), Vec3::Zero()),
+          normals_(mesh.corner_count()),
+          best_(mesh.size()),
           limits_(mesh.size()),
           bad_(mesh.size()),
+          moved_(mesh.size()),
           hopeless_(mesh.size()) {
+        look_around(mesh.surface());
         for_points(mesh.size(), [&](std::size_t p) {
-            const double least = least_below(mesh.surface(), p, best_direction(mesh.surface(), p));
+            const double least = least_below(mesh.surface(), p, best_[p]);
             limits_[p] = std::min(least_jacobian, share_of_surface * least);
         });
     }
@@ -71,13 +76,13 @@ class Marcher {
     /// @param shares   of them that steps have; lengths along what sees all cells count in full
     geom::Points march(const geom::Points& from, const std::vector<double>& heights, int smoothing,
                        std::vector<double>& shares) {
-        for_points(mesh_.size(), [&](std::size_t p) { steps_[p] = best_direction(from, p); });
-        smooth_directions(from, smoothing);
+        look_around(from);
+        steps_ = best_;
+        smooth_directions(smoothing);
         for_points(mesh_.size(), [&](std::size_t p) {
             // As high over the cells beside it, within limits.
             double sight = 0.0;
-            for (const FrontMesh::Corner& c : mesh_.corners(p))
-                sight += unit_normal(from, p, c).dot(steps_[p]);
+            for (const Vec3& n : normals(p)) sight += n.dot(steps_[p]);
             sight /= double(mesh_.corners(p).size());
             shares[p] = heights[p] / std::clamp(sight, 0.6, 1.0);
             other_[p] = steps_[p] * shares[p];
@@ -85,9 +90,8 @@ class Marcher {
         std::swap(steps_, other_);
         even_out(from, heights, smoothing);
         // Where the front itself is folded no step helps; shortening would only spread.
-        for_points(mesh_.size(), [&](std::size_t p) {
-            hopeless_[p] = sight(from, p, best_direction(from, p)) <= 0.0 ? 1 : 0;
-        });
+        for_points(mesh_.size(),
+                   [&](std::size_t p) { hopeless_[p] = sight(p, best_[p]) <= 0.0 ? 1 : 0; });
         repair(from, heights);
         geom::Points to(from.rows(), 3);
         for_points(mesh_.size(), [&](std::size_t p) {
@@ -104,43 +108,51 @@ class Marcher {
     static Vec3 at(const geom::Points& points, std::size_t p) {
         return points.row(Eigen::Index(p)).transpose();
     }
-    static Vec3 normal(const geom::Points& points, std::size_t p, const FrontMesh::Corner& c) {
+    static Vec3 unit_normal(const geom::Points& points, std::size_t p, const FrontMesh::Corner& c) {
         const Vec3 here = at(points, p);
         return (at(points, std::size_t(c.next)) - here)
-            .cross(at(points, std::size_t(c.previous)) - here);
+            .cross(at(points, std::size_t(c.previous)) - here)
+            .normalized();
     }
-    static Vec3 unit_normal(const geom::Points& points, std::size_t p, const FrontMesh::Corner& c) {
-        return normal(points, p, c).normalized();
+    /// Of a front: normals of cells at their corners, and the best directions.
+    void look_around(const geom::Points& front) {
+        for_points(mesh_.size(), [&](std::size_t p) {
+            std::size_t n = mesh_.first_corner(p);
+            for (const FrontMesh::Corner& c : mesh_.corners(p))
+                normals_[n++] = unit_normal(front, p, c);
+            best_[p] = best_direction(front, p);
+        });
+    }
+    /// Of the cells around a point.
+    std::span<const Vec3> normals(std::size_t p) const {
+        return {normals_.data() + mesh_.first_corner(p), mesh_.corners(p).size()};
     }
     Vec3 in_plane(std::size_t p, const Vec3& v) const {
         return v - mesh_.plane(p) * mesh_.plane(p).dot(v);
     }
-    double sight(const geom::Points& points, std::size_t p, const Vec3& direction) const {
+    double sight(std::size_t p, const Vec3& direction) const {
         double least = 1.0;
-        for (const FrontMesh::Corner& c : mesh_.corners(p)) {
-            least = std::min(least, unit_normal(points, p, c).dot(direction));
-        }
+        for (const Vec3& n : normals(p)) least = std::min(least, n.dot(direction));
         return least;
     }
 
     /// The direction whose worst angle with the cells' normals is least, nearly; the one that the
     /// point came from, which sees all of them, where the search finds none that does.
     Vec3 best_direction(const geom::Points& points, std::size_t p) const {
-        const Vec3 n = searched_direction(points, p);
+        const Vec3 n = searched_direction(p);
         const double seen = least_below(points, p, n);
         if (seen > 2.0 * least_jacobian || came_[p].isZero(0.0)) return n;
         return seen >= least_below(points, p, came_[p]) ? n : came_[p];
     }
 
-    Vec3 searched_direction(const geom::Points& points, std::size_t p) const {
+    Vec3 searched_direction(std::size_t p) const {
         Vec3 n = Vec3::Zero();
-        for (const FrontMesh::Corner& c : mesh_.corners(p)) n += unit_normal(points, p, c);
+        for (const Vec3& m : normals(p)) n += m;
         n = in_plane(p, n).normalized();
         for (double weight = 0.5; weight > 0.005; weight *= 0.8) {
             double least = 2.0;
             Vec3 worst = n;
-            for (const FrontMesh::Corner& c : mesh_.corners(p)) {
-                const Vec3 m = unit_normal(points, p, c);
+            for (const Vec3& m : normals(p)) {
                 const double dot = m.dot(n);
                 if (dot < least) {
                     least = dot;
@@ -161,14 +173,14 @@ class Marcher {
         return sum / (2.0 * double(mesh_.corners(p).size()));
     }
 
-    void smooth_directions(const geom::Points& from, int sweeps) {
+    void smooth_directions(int sweeps) {
         for (int sweep = 0; sweep < sweeps; ++sweep) {
             for_points(mesh_.size(), [&](std::size_t p) {
                 const Vec3 n =
                     in_plane(p, 0.5 * steps_[p] + 0.5 * mean_around(steps_, p)).normalized();
                 // Not out of the sight of its cells.
-                const double before = sight(from, p, steps_[p]);
-                other_[p] = sight(from, p, n) > std::min(0.5, 0.7 * before) ? n : steps_[p];
+                const double before = sight(p, steps_[p]);
+                other_[p] = sight(p, n) > std::min(0.5, 0.7 * before) ? n : steps_[p];
             });
             std::swap(steps_, other_);
         }
@@ -232,33 +244,37 @@ class Marcher {
         return least_below(from, p, steps_[p]) <= 0.0 || least_above(from, p) <= limits_[p];
     }
 
+    /// Whether a point or one beside it is marked.
+    bool is_near(const std::vector<char>& marks, std::size_t p) const {
+        if (marks[p] != 0) return true;
+        for (const FrontMesh::Corner& c : mesh_.corners(p))
+            if (marks[std::size_t(c.next)] != 0 || marks[std::size_t(c.previous)] != 0) return true;
+        return false;
+    }
+
     void repair(const geom::Points& from, const std::vector<double>& heights) {
+        moved_.assign(mesh_.size(), 1);
         for (int round = 0; round < most_repairs; ++round) {
             for_points(mesh_.size(), [&](std::size_t p) {
-                bad_[p] = hopeless_[p] == 0 && is_bad(from, p) ? 1 : 0;
+                if (is_near(moved_, p)) bad_[p] = hopeless_[p] == 0 && is_bad(from, p) ? 1 : 0;
             });
             if (std::none_of(bad_.begin(), bad_.end(), [](char b) { return b != 0; })) return;
             // The neighbours that share a bad cell move less and more alike.
             for_points(mesh_.size(), [&](std::size_t p) {
-                bool near = bad_[p] != 0;
-                for (const FrontMesh::Corner& c : mesh_.corners(p)) {
-                    near = near || bad_[std::size_t(c.next)] != 0 ||
-                           bad_[std::size_t(c.previous)] != 0;
-                }
                 other_[p] = steps_[p];
-                if (!near) return;
+                moved_[p] = is_near(bad_, p) ? 1 : 0;
+                if (moved_[p] == 0) return;
+                const Vec3& best = best_[p];
                 if (round >= evening_repairs) {
-                    other_[p] = std::max(shorter_best * steps_[p].norm(), shortest * heights[p]) *
-                                best_direction(from, p);
+                    other_[p] =
+                        std::max(shorter_best * steps_[p].norm(), shortest * heights[p]) * best;
                     return;
                 }
                 other_[p] =
                     shorter_step * in_plane(p, (1.0 - share_of_neighbours) * steps_[p] +
                                                    share_of_neighbours * mean_around(steps_, p));
-                const Vec3 best = best_direction(from, p);
                 const double length = other_[p].norm();
-                if (length == 0.0 ||
-                    sight(from, p, other_[p] / length) < least_sight * sight(from, p, best)) {
+                if (length == 0.0 || sight(p, other_[p] / length) < least_sight * sight(p, best)) {
                     other_[p] = shorter_step * steps_[p].norm() * best;
                 }
             });
@@ -269,8 +285,10 @@ class Marcher {
     const FrontMesh& mesh_;
     std::vector<Vec3> steps_, other_;
     std::vector<Vec3> came_;      ///< directions of the last steps; zero before the first
+    std::vector<Vec3> normals_;   ///< of cells at their corners, unit
+    std::vector<Vec3> best_;      ///< directions
     std::vector<double> limits_;  ///< of the scaled Jacobian on new fronts
-    std::vector<char> bad_, hopeless_;
+    std::vector<char> bad_, moved_, hopeless_;
 };
 
 }  // namespace

@@ -51,7 +51,7 @@ Terms terms(double n, double det, double e) {
     return t;
 }
 
-Matrix cofactors(const Matrix& j) {
+[[gnu::always_inline]] inline Matrix cofactors(const Matrix& j) {
     Matrix c;
     c.col(0) = j.col(1).cross(j.col(2));
     c.col(1) = j.col(2).cross(j.col(0));
@@ -66,20 +66,25 @@ struct ShellEnergy::Corner {
     std::size_t number;                 ///< of all, to keep something for each
     std::array<std::size_t, 4> points;  ///< at the corner, next, previous, along the radial line
     double along;                       ///< 1 where the cell stands on the front, else -1
-    Matrix inverse;                     ///< of the sides wanted, as columns
+    /// Of the inverse of the sides wanted, as columns, what is not zero: its first row has two.
+    double first, mixed, second, radial;
 
     /// How J changes with a point: by that times the transpose of one of these.
     [[nodiscard]] std::array<Vec3, 4> weights() const {
-        const Vec3 a = inverse.row(0), b = inverse.row(1), c = along * inverse.row(2);
+        const Vec3 a(first, mixed, 0.0), b(0.0, second, 0.0), c(0.0, 0.0, along * radial);
+        return {-a - b - c, a, b, c};
+    }
+    /// That matrix times all of them.
+    [[nodiscard, gnu::always_inline]] std::array<Vec3, 4> times_weights(const Matrix& m) const {
+        const Vec3 a = first * m.col(0) + mixed * m.col(1), b = second * m.col(1),
+                   c = along * radial * m.col(2);
         return {-a - b - c, a, b, c};
     }
 };
 
-ShellEnergy::ShellEnergy(const Shell& shell)
-    : shell_(shell), begin_(shell.mesh.size() + 1, 0), angles_(shell.mesh.size()) {
+ShellEnergy::ShellEnergy(const Shell& shell) : shell_(shell), angles_(shell.mesh.size()) {
     for (std::size_t p = 0; p < shell.mesh.size(); ++p) {
         const auto corners = shell.mesh.corners(p);
-        begin_[p + 1] = begin_[p] + corners.size();
         // Around a point of the border the corners do not come back to where they began.
         std::ptrdiff_t ends = 0;
         for (const FrontMesh::Corner& c : corners) {
@@ -97,24 +102,25 @@ void ShellEnergy::for_corners(int front, const Visit& visit) const {
     for (std::size_t p = 0; p < size; ++p) {
         const double share = shell_.shares[at + p];
         const auto [cosine, sine] = angles_[p];
-        std::size_t number = begin_[p];
+        std::size_t number = shell_.mesh.first_corner(p);
         for (const FrontMesh::Corner& c : shell_.mesh.corners(p)) {
             const auto& sides = shell_.sides[number];
             const double outer = share * shell_.outer_side_mm;
             const double first = (1.0 - share) * sides[0] + outer;
             const double second = (1.0 - share) * sides[1] + outer;
             Corner corner;
-            corner.inverse << 1.0 / first, -cosine / (first * sine), 0.0,  //
-                0.0, 1.0 / (second * sine), 0.0,                           //
-                0.0, 0.0, 0.0;
+            corner.first = 1.0 / first;
+            corner.mixed = -cosine / (first * sine);
+            corner.second = 1.0 / (second * sine);
             for (const int up : {1, 0}) {
                 if (front + up == 0 || front + up == shell_.fronts) continue;
                 const std::size_t other = up == 1 ? at + size + p : at - size + p;
                 corner.points = {at + p, at + std::size_t(c.next), at + std::size_t(c.previous),
                                  other};
                 corner.along = up == 1 ? 1.0 : -1.0;
-                corner.number = 2 * (std::size_t(front) * begin_.back() + number) + std::size_t(up);
-                corner.inverse(2, 2) = 1.0 / shell_.heights_mm[std::min(at + p, other)];
+                corner.number = 2 * (std::size_t(front) * shell_.mesh.corner_count() + number) +
+                                std::size_t(up);
+                corner.radial = 1.0 / shell_.heights_mm[std::min(at + p, other)];
                 visit(corner);
             }
             ++number;
@@ -136,16 +142,17 @@ void ShellEnergy::for_fronts(const Visit& visit) const {
 namespace {
 
 template <class Corner>
-Matrix jacobian(const geom::Points& points, const Corner& corner) {
+[[gnu::always_inline]] inline Matrix jacobian(const geom::Points& points, const Corner& corner) {
     const auto at = [&](std::size_t k) -> Vec3 {
         return points.row(Eigen::Index(corner.points[k])).transpose();
     };
     const Vec3 here = at(0);
-    Matrix sides;
-    sides.col(0) = at(1) - here;
-    sides.col(1) = at(2) - here;
-    sides.col(2) = corner.along * (at(3) - here);
-    return sides * corner.inverse;
+    const Vec3 next = at(1) - here;
+    Matrix j;
+    j.col(0) = corner.first * next;
+    j.col(1) = corner.mixed * next + corner.second * (at(2) - here);
+    j.col(2) = corner.along * corner.radial * (at(3) - here);
+    return j;
 }
 
 }  // namespace
@@ -180,7 +187,7 @@ void ShellEnergy::derivatives(const geom::Points& points, double e, Derivatives&
     result.first.setZero(Eigen::Index(shell_.count()), 3);
     result.own.assign(shell_.count(), Matrix::Zero());
     result.above.assign(shell_.count(), Matrix::Zero());
-    result.second.resize(2 * std::size_t(shell_.fronts) * begin_.back());
+    result.second.resize(2 * std::size_t(shell_.fronts) * shell_.mesh.corner_count());
     for_fronts([&](int front) {
         for_corners(front, [&](const Corner& corner) {
             const Matrix j = jacobian(points, corner);
@@ -188,10 +195,8 @@ void ShellEnergy::derivatives(const geom::Points& points, double e, Derivatives&
             const Terms t = terms(0.5 * j.squaredNorm(), j.col(0).dot(c.col(0)), e);
             const std::array<Vec3, 4> weights = corner.weights();
             result.second[corner.number] = {float(t.by_n), float(t.nn), float(t.nd), float(t.dd)};
-            std::array<Vec3, 4> jw, cw;
+            const std::array<Vec3, 4> jw = corner.times_weights(j), cw = corner.times_weights(c);
             for (std::size_t n = 0; n < 4; ++n) {
-                jw[n] = j * weights[n];
-                cw[n] = c * weights[n];
                 result.first.row(Eigen::Index(corner.points[n])) +=
                     (t.by_n * jw[n] + t.by_d * cw[n]).transpose();
             }
@@ -222,9 +227,9 @@ void ShellEnergy::apply(const geom::Points& points, const Derivatives& derivativ
             const double along_j = j.cwiseProduct(dj).sum(), along_c = c.cwiseProduct(dj).sum();
             const Matrix change = double(by_n) * dj + (nn * along_j + nd * along_c) * j +
                                   (nd * along_j + dd * along_c) * c;
-            const std::array<Vec3, 4> weights = corner.weights();
+            const std::array<Vec3, 4> changes = corner.times_weights(change);
             for (std::size_t n = 0; n < 4; ++n)
-                result.row(Eigen::Index(corner.points[n])) += (change * weights[n]).transpose();
+                result.row(Eigen::Index(corner.points[n])) += changes[n].transpose();
         });
     });
 }

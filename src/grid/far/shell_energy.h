@@ -55,7 +55,6 @@ class ShellEnergy {
     void for_fronts(const Visit& visit) const;
 
     const Shell& shell_;
-    std::vector<std::size_t> begin_;  ///< of each point's corners
     /// Cosine and sine of the angle wanted between the sides of a point's corners.
     std::vector<std::array<double, 2>> angles_;
 };
