@@ -1,6 +1,7 @@
 // A surface grid as one mesh: points that blocks share are one.
 #pragma once
 
+#include <patchwright/base/parallel.h>
 #include <patchwright/grid/source.h>
 
 #include <span>
@@ -50,5 +51,14 @@ class FrontMesh {
     geom::Points surface_;
     std::vector<geom::Vec3> planes_;
 };
+
+/// Calls visit(point) for so many points, on all threads.
+template <class Visit>
+void for_points(std::size_t count, const Visit& visit) {
+    constexpr std::size_t grain = 4096;
+    base::parallel_for(count, grain, [&](std::size_t first, std::size_t last) {
+        for (std::size_t p = first; p < last; ++p) visit(p);
+    });
+}
 
 }  // namespace patchwright::grid
