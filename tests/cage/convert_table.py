@@ -31,6 +31,12 @@ def run_convert(program, source, folder, options=(), seconds=None):
     return {"code": run.returncode, "error": lines[-1] if lines else "", "report": json.loads(report.read_text()) if written else None}
 
 
+def delivered(result):
+    """The report of a result that was written; None where there is none, as when the time limit came first."""
+    report = result["report"]
+    return report if report and "solid" in report else None
+
+
 def deviations(report):
     """Largest distances, output to input and input to output, as fractions of the diagonal."""
     return [report["deviation"][way]["max"] / report["input"]["diagonal"] for way in ("output_to_input", "input_to_output")]
@@ -42,7 +48,7 @@ def lost_curves(report):
 
 def state(result):
     """met, missed, refused (input not usable) or failed (crash, time, or a file that is not what the input asks for)."""
-    report = result["report"]
+    report = delivered(result)
     if report is None:  # 3: no result within the time limit
         return {2: "refused", 3: "missed"}.get(result["code"], "failed")
     solid = report["solid"]
@@ -54,7 +60,7 @@ def state(result):
 
 def verdict(result):
     """The program's sentence; where there is none, why not."""
-    report = result["report"]
+    report = delivered(result)
     if report is None:
         return f"exit {result['code']}: {result['error'][-200:]}"
     return report.get("verdict", {}).get("sentence") or state(result)
@@ -62,7 +68,7 @@ def verdict(result):
 
 def row(name, result):
     """A line of the table with HEADER."""
-    report = result["report"]
+    report = delivered(result)
     text = verdict(result).replace("|", "/")
     if report is None:
         return f"| {name} | | | | {text} | | |"
@@ -93,7 +99,7 @@ def main():
             # Results do not depend on how fast the machine is.
             options = ["--tolerance", args.tolerance, "--time-limit", args.time_limit or args.seconds]
             result = run_convert(args.program, file, folder, options, args.seconds)
-            report = result["report"]
+            report = delivered(result)
             too_many = report and args.most_patches is not None and report["patches"]["count"] > args.most_patches
             lost = report and args.all_curves and lost_curves(report)
             states.append("failed" if too_many or lost else state(result))
