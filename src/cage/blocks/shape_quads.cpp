@@ -188,39 +188,66 @@ class Shaper {
     };
     using Frame = Eigen::Matrix<double, 3, 2>;
 
-    void add(Local& sum, std::size_t f, int k, int v, const Frame& frame) const {
+    /// A corner of a quad, as seen along the quad's normal.
+    struct Corner {
+        Vec3 a, b;                         ///< sides to the next and to the previous corner
+        double la, lb;                     ///< lengths that they should have
+        double stretch;                    ///< half the mean square of what they have of these
+        double area, root, positive_area;  ///< of what it should be; the last one is above 0
+
+        [[nodiscard]] double energy() const { return stretch / positive_area; }
+    };
+
+    [[nodiscard]] Corner corner_of(std::size_t f, int k) const {
         const Vec3& n = normals_[f];
         Vec3 a = corner(f, k + 1) - corner(f, k), b = corner(f, k + 3) - corner(f, k);
         a -= a.dot(n) * n;
         b -= b.dot(n) * n;
         const double la = lengths_[f][at(k % 2)], lb = lengths_[f][at((k + 1) % 2)];
-        // How a and b move with the point.
-        const double ga = faces_[f][at(k)] == v             ? -1.0
-                          : faces_[f][at((k + 1) % 4)] == v ? 1.0
-                                                            : 0.0;
-        const double gb = faces_[f][at(k)] == v             ? -1.0
-                          : faces_[f][at((k + 3) % 4)] == v ? 1.0
-                                                            : 0.0;
-        if (ga == 0.0 && gb == 0.0) return;
-        const Frame t = frame - n * (n.transpose() * frame);
         const double stretch = 0.5 * (a.squaredNorm() / (la * la) + b.squaredNorm() / (lb * lb));
-        const double d = a.cross(b).dot(n) / (la * lb);
-        const Eigen::Vector2d g = t.transpose() * (ga / (la * la) * a + gb / (lb * lb) * b);
+        const double area = a.cross(b).dot(n) / (la * lb), root = std::hypot(epsilon_, area);
+        return {a, b, la, lb, stretch, area, root, 0.5 * (area + root)};
+    }
+
+    /// How the sides of a corner of a quad move with a point: 1, -1 or 0 times as it does.
+    [[nodiscard]] std::array<double, 2> moves(std::size_t f, int k, int v) const {
+        const auto of = [&](int other) {
+            return faces_[f][at(k)] == v ? -1.0 : faces_[f][at((k + other) % 4)] == v ? 1.0 : 0.0;
+        };
+        return {of(1), of(3)};
+    }
+
+    void add(Local& sum, std::size_t f, int k, int v, const Frame& frame) const {
+        const auto [ga, gb] = moves(f, k, v);
+        if (ga == 0.0 && gb == 0.0) return;
+        const Vec3& n = normals_[f];
+        const Corner here = corner_of(f, k);
+        const double la = here.la, lb = here.lb;
+        const Frame t = frame - n * (n.transpose() * frame);
+        const Eigen::Vector2d g =
+            t.transpose() * (ga / (la * la) * here.a + gb / (lb * lb) * here.b);
         const Eigen::Matrix2d h = (ga * ga / (la * la) + gb * gb / (lb * lb)) * t.transpose() * t;
-        const Eigen::Vector2d c = t.transpose() * (ga * b.cross(n) + gb * n.cross(a)) / (la * lb);
-        const double root = std::hypot(epsilon_, d);
-        const double x = 0.5 * (d + root), dx = 0.5 * (1.0 + d / root);
-        const double q = dx / x;
-        sum.value += stretch / x;
-        sum.slope += g / x - stretch / x * q * c;
+        const Eigen::Vector2d c =
+            t.transpose() * (ga * here.b.cross(n) + gb * n.cross(here.a)) / (la * lb);
+        const double x = here.positive_area, q = 0.5 * (1.0 + here.area / here.root) / x;
+        sum.value += here.energy();
+        sum.slope += g / x - here.energy() * q * c;
         sum.bend += h / x - (g * c.transpose() + c * g.transpose()) * (q / x) +
-                    2.0 * stretch / x * q * q * c * c.transpose();
+                    2.0 * here.energy() * q * q * c * c.transpose();
     }
 
     [[nodiscard]] Local around(int v, const Frame& frame) const {
         Local sum;
         for (const std::size_t f : around_[at(v)])
             for (int k = 0; k < 4; ++k) add(sum, f, k, v, frame);
+        return sum;
+    }
+    /// The same without derivatives.
+    [[nodiscard]] double energy_around(int v) const {
+        double sum = 0.0;
+        for (const std::size_t f : around_[at(v)])
+            for (int k = 0; k < 4; ++k)
+                if (moves(f, k, v) != std::array{0.0, 0.0}) sum += corner_of(f, k).energy();
         return sum;
     }
 
@@ -279,7 +306,7 @@ class Shaper {
         for (int halving = 0; halving < step_halvings; ++halving, step *= 0.5) {
             const Vec3 there = old + frame * step;
             points_[at(v)] = there;
-            if (around(v, frame).value >= now.value) continue;
+            if (energy_around(v) >= now.value) continue;
             if (freedom.on_surface()) {
                 const geom::FootPoint foot = reference_.foot_point(there, normal);
                 if (foot.normal.dot(normal) < agrees ||
@@ -290,7 +317,7 @@ class Shaper {
             } else {
                 points_[at(v)] = reference_.nearest_on_curve(freedom.curve, there).point;
             }
-            if (around(v, frame).value < now.value) return step.norm() / most;
+            if (energy_around(v) < now.value) return step.norm() / most;
         }
         points_[at(v)] = old;
         up_[at(v)] = normal;

@@ -163,8 +163,9 @@ class Builder {
         const Eigen::LLT<Matrix2d> own(to.metric);
         const Matrix2d root = own.matrixL();
         const Matrix2d inverse = root.inverse();
-        Eigen::SelfAdjointEigenSolver<Matrix2d> eigen(inverse * carried * inverse.transpose());
-        if (!(eigen.eigenvalues()[1] > 1.0 + negligible)) return false;
+        const Matrix2d relative = inverse * carried * inverse.transpose();
+        if (!(largest(relative) > 1.0 + negligible)) return false;
+        Eigen::SelfAdjointEigenSolver<Matrix2d> eigen(relative);
         const Matrix2d raised = eigen.eigenvectors() *
                                 eigen.eigenvalues().cwiseMax(1.0).asDiagonal() *
                                 eigen.eigenvectors().transpose();
