@@ -27,6 +27,21 @@ constexpr double sees_all = 0.999;
 constexpr double shorter_step = 0.85, shorter_best = 0.8, share_of_neighbours = 0.3;
 constexpr double least_sight = 0.3;
 
+Vec3 at(const geom::Points& points, std::size_t p) {
+    return points.row(Eigen::Index(p)).transpose();
+}
+
+Vec3 unit_normal(const geom::Points& points, std::size_t p, const FrontMesh::Corner& c) {
+    const Vec3 here = at(points, p);
+    return (at(points, std::size_t(c.next)) - here)
+        .cross(at(points, std::size_t(c.previous)) - here)
+        .normalized();
+}
+
+double jacobian(const Vec3& a, const Vec3& b, const Vec3& step) {
+    return a.cross(b).dot(step) / std::max(a.norm() * b.norm() * step.norm(), tiny);
+}
+
 }  // namespace
 
 Marcher::Marcher(const FrontMesh& mesh)
@@ -75,17 +90,6 @@ geom::Points Marcher::march(const geom::Points& from, const std::vector<double>&
         came_[p] = steps_[p].normalized();
     }
     return to;
-}
-
-Vec3 Marcher::at(const geom::Points& points, std::size_t p) {
-    return points.row(Eigen::Index(p)).transpose();
-}
-
-Vec3 Marcher::unit_normal(const geom::Points& points, std::size_t p, const FrontMesh::Corner& c) {
-    const Vec3 here = at(points, p);
-    return (at(points, std::size_t(c.next)) - here)
-        .cross(at(points, std::size_t(c.previous)) - here)
-        .normalized();
 }
 
 void Marcher::look_around(const geom::Points& front) {
@@ -202,10 +206,6 @@ double Marcher::least_above(const geom::Points& from, std::size_t p) const {
         least = std::min(least, jacobian(top(std::size_t(c.next)) - top(p),
                                          top(std::size_t(c.previous)) - top(p), steps_[p]));
     return least;
-}
-
-double Marcher::jacobian(const Vec3& a, const Vec3& b, const Vec3& step) {
-    return a.cross(b).dot(step) / std::max(a.norm() * b.norm() * step.norm(), tiny);
 }
 
 bool Marcher::is_bad(const geom::Points& from, std::size_t p) const {

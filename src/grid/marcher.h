@@ -16,15 +16,15 @@ class Marcher {
   public:
     explicit Marcher(const FrontMesh& mesh);
 
-    /// @param heights  that the layer is to have, one a point
-    /// @param shares   of them that steps have; lengths along what sees all cells count in full
+    /// @param heights    that the layer is to have, mm, one a point
+    /// @param smoothing  sweeps over the directions
+    /// @param shares     set: of the heights that steps have; lengths along what sees all cells
+    ///                   count in full
+    /// @return the next front
     geom::Points march(const geom::Points& from, const std::vector<double>& heights, int smoothing,
                        std::vector<double>& shares);
 
   private:
-    static geom::Vec3 at(const geom::Points& points, std::size_t p);
-    static geom::Vec3 unit_normal(const geom::Points& points, std::size_t p,
-                                  const FrontMesh::Corner& c);
     /// Of a front: normals of cells at their corners, and the best directions.
     void look_around(const geom::Points& front);
     /// Of the cells around a point.
@@ -48,7 +48,6 @@ class Marcher {
                                      const geom::Vec3& step) const;
     /// The same of their corners on the new front.
     [[nodiscard]] double least_above(const geom::Points& from, std::size_t p) const;
-    static double jacobian(const geom::Vec3& a, const geom::Vec3& b, const geom::Vec3& step);
 
     /// Whether a cell has a corner at the point that is thinner than it may be. A new front is as
     /// good for the next step as it is for this one; so with short enough steps there always is one
@@ -58,6 +57,7 @@ class Marcher {
     /// Whether a point or one beside it is marked.
     [[nodiscard]] bool is_near(const std::vector<char>& marks, std::size_t p) const;
 
+    /// Shortens steps and makes them more alike until no cell is too thin.
     void repair(const geom::Points& from, const std::vector<double>& heights);
 
     const FrontMesh& mesh_;

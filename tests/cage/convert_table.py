@@ -18,7 +18,10 @@ HEADER = ("| input | patches | extraordinary vertices | deviation: out to in, in
 
 
 def run_convert(program, source, folder, options=(), seconds=None):
-    """One conversion: {"code": exit code or None after `seconds`, "error": last line of stderr, "report": JSON or None}."""
+    """One conversion: {"code": exit code or None after `seconds`, "error": last line of stderr, "report": JSON or None}.
+
+    There is no report where nothing was written; that of a run whose time limit came before a first result is on its input only.
+    """
     report = pathlib.Path(folder) / "report.json"
     report.unlink(missing_ok=True)
     command = [program, "convert", source, "-o", pathlib.Path(folder) / "out.step", "--json", report, "-q", *options]
@@ -27,14 +30,8 @@ def run_convert(program, source, folder, options=(), seconds=None):
     except subprocess.TimeoutExpired:
         return {"code": None, "error": f"more than {seconds:g} s", "report": None}
     lines = run.stderr.strip().splitlines()
-    written = run.returncode in (0, 3) and report.exists()
-    return {"code": run.returncode, "error": lines[-1] if lines else "", "report": json.loads(report.read_text()) if written else None}
-
-
-def delivered(result):
-    """The report of a result that was written; None where there is none, as when the time limit came first."""
-    report = result["report"]
-    return report if report and "solid" in report else None
+    found = json.loads(report.read_text()) if run.returncode in (0, 3) and report.exists() else {}
+    return {"code": run.returncode, "error": lines[-1] if lines else "", "report": found if "solid" in found else None}
 
 
 def deviations(report):
@@ -48,7 +45,7 @@ def lost_curves(report):
 
 def state(result):
     """met, missed, refused (input not usable) or failed (crash, time, or a file that is not what the input asks for)."""
-    report = delivered(result)
+    report = result["report"]
     if report is None:  # 3: no result within the time limit
         return {2: "refused", 3: "missed"}.get(result["code"], "failed")
     solid = report["solid"]
@@ -60,7 +57,7 @@ def state(result):
 
 def verdict(result):
     """The program's sentence; where there is none, why not."""
-    report = delivered(result)
+    report = result["report"]
     if report is None:
         return f"exit {result['code']}: {result['error'][-200:]}"
     return report.get("verdict", {}).get("sentence") or state(result)
@@ -68,7 +65,7 @@ def verdict(result):
 
 def row(name, result):
     """A line of the table with HEADER."""
-    report = delivered(result)
+    report = result["report"]
     text = verdict(result).replace("|", "/")
     if report is None:
         return f"| {name} | | | | {text} | | |"
@@ -99,7 +96,7 @@ def main():
             # Results do not depend on how fast the machine is.
             options = ["--tolerance", args.tolerance, "--time-limit", args.time_limit or args.seconds]
             result = run_convert(args.program, file, folder, options, args.seconds)
-            report = delivered(result)
+            report = result["report"]
             too_many = report and args.most_patches is not None and report["patches"]["count"] > args.most_patches
             lost = report and args.all_curves and lost_curves(report)
             states.append("failed" if too_many or lost else state(result))

@@ -210,7 +210,7 @@ class Shaper {
     }
 
     /// How the sides of a corner of a quad move with a point: 1, -1 or 0 times as it does.
-    [[nodiscard]] std::array<double, 2> moves(std::size_t f, int k, int v) const {
+    [[nodiscard]] std::array<double, 2> side_motions(std::size_t f, int k, int v) const {
         const auto of = [&](int other) {
             return faces_[f][at(k)] == v ? -1.0 : faces_[f][at((k + other) % 4)] == v ? 1.0 : 0.0;
         };
@@ -218,7 +218,7 @@ class Shaper {
     }
 
     void add(Local& sum, std::size_t f, int k, int v, const Frame& frame) const {
-        const auto [ga, gb] = moves(f, k, v);
+        const auto [ga, gb] = side_motions(f, k, v);
         if (ga == 0.0 && gb == 0.0) return;
         const Vec3& n = normals_[f];
         const Corner here = corner_of(f, k);
@@ -242,12 +242,12 @@ class Shaper {
             for (int k = 0; k < 4; ++k) add(sum, f, k, v, frame);
         return sum;
     }
-    /// The same without derivatives.
+    /// The value alone.
     [[nodiscard]] double energy_around(int v) const {
         double sum = 0.0;
         for (const std::size_t f : around_[at(v)])
             for (int k = 0; k < 4; ++k)
-                if (moves(f, k, v) != std::array{0.0, 0.0}) sum += corner_of(f, k).energy();
+                if (side_motions(f, k, v) != std::array{0.0, 0.0}) sum += corner_of(f, k).energy();
         return sum;
     }
 
