@@ -34,6 +34,8 @@ constexpr int most_rounds_for_folds = 2, most_rounds_for_sag = 5;
 constexpr std::size_t many_quads = 1000;
 // Of the diagonal: singularities and corners that are no farther apart become one.
 constexpr double merged_within_rel = 0.02;
+// Of the tolerance: how far the limit surface may go beyond corners, before it is fitted.
+constexpr double most_beyond_corners = 0.1;
 
 /// How far points between the corners of quads are from the model, of the roots of their areas.
 double worst_sag(const Blocks& blocks, const geom::ModelSurface& reference, Poll& poll) {
@@ -94,7 +96,8 @@ Blocks blocks_of(QuadLayout& layout, MetricSizes sizes, const geom::ModelSurface
             part_at_insertions(parted, divisions);
             if (parted.blocks.size() > layout.blocks.size())
                 metric = SizeMetric(parted, reference, sizes, poll);
-            return map_grid(parted, divisions, metric, reference, face_names, poll);
+            return map_grid(parted, divisions, metric, reference, face_names,
+                            most_beyond_corners * sizes.tolerance_rel * reference.size(), poll);
         } catch (const LayoutRefused& refusal) {
             if (refusal.for_good || round == most_rounds_for_folds) throw;
         }

@@ -4,6 +4,7 @@
 #include "cage/blocks/folded_quads.h"
 #include "cage/blocks/layout_refused.h"
 #include "cage/blocks/shape_quads.h"
+#include "cage/blocks/wide_corners.h"
 #include "cage/field/block_map.h"
 #include "cage/field/grid_vertices.h"
 
@@ -11,6 +12,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 namespace patchwright::cage {
 
@@ -29,7 +31,8 @@ class MapGrid {
           map_(layout, divisions, metric, poll),
           vertices_(grid_vertices(layout, divisions)) {}
 
-    Blocks make() {
+    /// @param allowed_mm  see divide_at_wide_corners()
+    Blocks make(double allowed_mm) {
         blocks_.points.resize(at(vertices_.count));
         freedom_.resize(at(vertices_.count));
         placed_.assign(at(vertices_.count), 0);
@@ -40,6 +43,7 @@ class MapGrid {
         const QuadsOnModel quads{blocks_.faces, freedom_, blocks_.creases, normals_};
         shape_quads(quads, blocks_.points, reference_, poll_);
         even_corner_rings(quads, blocks_.points, reference_, poll_);
+        divide_at_wide_corners(blocks_, std::move(curves_), reference_, allowed_mm, poll_);
         return std::move(blocks_);
     }
 
@@ -84,8 +88,10 @@ class MapGrid {
             else if (freedom.free)
                 place(line[k], reference_.foot_point(points[k]).point);
         }
-        for (std::size_t k = 0; k + 1 < line.size() && arc.crease; ++k)
-            blocks_.creases.emplace_back(line[k], line[k + 1]);
+        for (std::size_t k = 0; k + 1 < line.size(); ++k) {
+            if (arc.curve >= 0) curves_[std::minmax(line[k], line[k + 1])] = arc.curve;
+            if (arc.crease) blocks_.creases.emplace_back(line[k], line[k + 1]);
+        }
     }
 
     int add_point(const Vec3& p) {
@@ -151,14 +157,15 @@ class MapGrid {
     std::vector<Freedom> freedom_;
     std::vector<char> placed_;
     std::vector<Vec3> normals_;  ///< of the model, one a face
+    EdgeCurves curves_;
 };
 
 }  // namespace
 
 Blocks map_grid(const QuadLayout& layout, const Divisions& divisions, const SizeMetric& metric,
                 const geom::ModelSurface& reference, const std::vector<std::string>& face_names,
-                Poll& poll) {
-    return checked(MapGrid(layout, divisions, metric, reference, poll).make(), reference,
+                double allowed_mm, Poll& poll) {
+    return checked(MapGrid(layout, divisions, metric, reference, poll).make(allowed_mm), reference,
                    face_names, poll);
 }
 

@@ -15,13 +15,15 @@
 namespace patchwright::cage {
 
 /// Points by a BlockMap, then moved so that quads get good shapes (shape_quads()), with even angles
-/// at corners of wide sectors (even_corner_rings()).
+/// at corners of wide sectors (even_corner_rings()); at those of two quads more of them
+/// (divide_at_wide_corners()).
 /// @param divisions   such that least_apart() is empty, without insertions
 /// @param face_names  one a face of the model: groups of the quads
+/// @param allowed_mm  how far the limit surface may go beyond corners of two quads
 /// @pre every block is a whole piece
 /// @throw LayoutRefused when quads fold or share two edges
 Blocks map_grid(const QuadLayout& layout, const Divisions& divisions, const SizeMetric& metric,
                 const geom::ModelSurface& reference, const std::vector<std::string>& face_names,
-                Poll& poll);
+                double allowed_mm, Poll& poll);
 
 }  // namespace patchwright::cage
