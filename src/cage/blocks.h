@@ -2,6 +2,7 @@
 #pragma once
 
 #include <patchwright/geom/types.h>
+#include <patchwright/mesh/topology_input.h>
 
 #include <string>
 #include <utility>
@@ -16,5 +17,18 @@ struct Blocks {
     std::vector<std::pair<int, int>> creases;
     std::vector<int> corners;
 };
+
+/// Adds the faces, creases and corners after what is there; groups are left to the caller.
+inline void add_to(mesh::TopologyInput& input, const Blocks& part) {
+    const int base = input.vertex_count;
+    input.vertex_count += int(part.points.size());
+    for (const std::vector<int>& face : part.faces) {
+        input.face_sizes.push_back(int(face.size()));
+        for (const int v : face) input.face_vertices.push_back(base + v);
+    }
+    for (const auto& [a, b] : part.creases)
+        input.creases.push_back({base + a, base + b, mesh::infinite_sharpness});
+    for (const int v : part.corners) input.corners.push_back({base + v, mesh::infinite_sharpness});
+}
 
 }  // namespace patchwright::cage

@@ -45,22 +45,14 @@ mesh::Cage joined(const std::vector<Blocks>& parts) {
     std::map<std::string, int> groups;
     std::vector<geom::Vec3> points;
     for (const Blocks& part : parts) {
-        const int base = int(points.size());
         points.insert(points.end(), part.points.begin(), part.points.end());
-        for (std::size_t i = 0; i < part.faces.size(); ++i) {
-            input.face_sizes.push_back(int(part.faces[i].size()));
-            for (const int v : part.faces[i]) input.face_vertices.push_back(base + v);
-            const auto [group, added] =
-                groups.emplace(part.groups[i], int(input.group_names.size()));
-            if (added) input.group_names.push_back(part.groups[i]);
+        add_to(input, part);
+        for (const std::string& name : part.groups) {
+            const auto [group, added] = groups.emplace(name, int(input.group_names.size()));
+            if (added) input.group_names.push_back(name);
             input.face_group.push_back(group->second);
         }
-        for (const auto& [a, b] : part.creases)
-            input.creases.push_back({base + a, base + b, mesh::infinite_sharpness});
-        for (const int v : part.corners)
-            input.corners.push_back({base + v, mesh::infinite_sharpness});
     }
-    input.vertex_count = int(points.size());
     geom::Points rows(Eigen::Index(points.size()), 3);
     for (std::size_t i = 0; i < points.size(); ++i) rows.row(Eigen::Index(i)) = points[i];
     // Shells of hollows face inward, as the reference does there.

@@ -6,7 +6,6 @@
 #include <patchwright/mesh/chords.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <set>
 #include <vector>
@@ -22,25 +21,18 @@ namespace {
 
 Topology topology_of(const Blocks& blocks) {
     mesh::TopologyInput input;
-    input.vertex_count = int(blocks.points.size());
-    for (const std::vector<int>& face : blocks.faces) {
-        input.face_sizes.push_back(4);
-        input.face_vertices.insert(input.face_vertices.end(), face.begin(), face.end());
-    }
-    for (const auto& [a, b] : blocks.creases)
-        input.creases.push_back({a, b, mesh::infinite_sharpness});
-    for (const int v : blocks.corners) input.corners.push_back({v, mesh::infinite_sharpness});
+    add_to(input, blocks);
     return Topology(input);
 }
 
 /// Two quads between features at a corner.
-struct Pair {
+struct QuadPair {
     CornerId first, inner, last;  ///< half-edges: the outer ones are on features, `last` ends here
 };
 
-std::vector<Pair> pairs_at_corners(const Topology& t) {
+std::vector<QuadPair> quad_pairs_at_corners(const Topology& t) {
     const auto is_feature = [&](CornerId c) { return std::isinf(t.sharpness(t.edge(c))); };
-    std::vector<Pair> pairs;
+    std::vector<QuadPair> pairs;
     for (const mesh::FaceId f : t.faces())
         for (const CornerId c : t.corners(f)) {
             if (t.tagged_sharpness(t.vertex(c)) == 0.0 || !is_feature(c)) continue;
@@ -53,7 +45,7 @@ std::vector<Pair> pairs_at_corners(const Topology& t) {
 
 /// How far beyond a corner the ends of edges from it go in subdivision steps (decision 056).
 double beyond_corner(const Vec3& d1, const Vec3& e, const Vec3& d2) {
-    constexpr int most_steps = 30;  // what is left of the edges then is below rounding
+    constexpr int most_steps = 30;  // a metre is a nanometre then
     const Vec3 outwards = (d1.normalized() + d2.normalized()).normalized();
     if (e.dot(outwards) >= 0.0) return 0.0;  // the two quads span less than half a turn
     double most = 0.0;
@@ -69,7 +61,7 @@ std::vector<char> chords_to_split(const Topology& t, const mesh::Chords& chords,
         return Vec3(points[t.vertex(to).index()] - points[t.vertex(from).index()]);
     };
     std::set<std::pair<int, int>> wanted;  // and the chord that is to stay
-    for (const Pair& pair : pairs_at_corners(t)) {
+    for (const QuadPair& pair : quad_pairs_at_corners(t)) {
         const Vec3 d1 = way(pair.first, t.next(pair.first)), d2 = way(pair.inner, pair.last);
         if (beyond_corner(d1, way(pair.inner, t.next(pair.inner)), d2) <= allowed_mm) continue;
         if (2.0 * d1.norm() >= d2.norm()) wanted.emplace(chord(pair.first), chord(pair.inner));
@@ -90,10 +82,8 @@ class NewPoints {
 
     void add(const mesh::ChordSplit::Origin& origin) {
         const std::vector<int>& face = blocks_.faces[origin.face.index()];
-        const Vec3 normal = quad_area(blocks_, origin.face.index()).normalized();
         if (origin.u == 0.5 && origin.v == 0.5) {
-            const Vec3 middle = quad_middle(blocks_, origin.face.index());
-            blocks_.points.push_back(reference_.foot_point(middle, normal).point);
+            add_on_surface(origin.face, quad_middle(blocks_, origin.face.index()));
             return;
         }
         const std::size_t side =
@@ -102,7 +92,7 @@ class NewPoints {
         const Vec3 middle = 0.5 * (blocks_.points[at(a)] + blocks_.points[at(b)]);
         const auto curve = curves_.find(std::minmax(a, b));
         if (curve == curves_.end()) {
-            blocks_.points.push_back(reference_.foot_point(middle, normal).point);
+            add_on_surface(origin.face, middle);
             return;
         }
         const int on = curve->second, v = int(blocks_.points.size());
@@ -111,6 +101,11 @@ class NewPoints {
     }
 
   private:
+    void add_on_surface(mesh::FaceId face, const Vec3& near) {
+        const Vec3 normal = quad_area(blocks_, face.index()).normalized();
+        blocks_.points.push_back(reference_.foot_point(near, normal).point);
+    }
+
     Blocks& blocks_;
     EdgeCurves& curves_;
     const geom::ModelSurface& reference_;

@@ -34,7 +34,8 @@ constexpr int most_rounds_for_folds = 2, most_rounds_for_sag = 5;
 constexpr std::size_t many_quads = 1000;
 // Of the diagonal: singularities and corners that are no farther apart become one.
 constexpr double merged_within_rel = 0.02;
-// Of the tolerance: how far the limit surface may go beyond corners, before it is fitted.
+// Of the tolerance: how far the limit surface may go beyond corners of two quads before it is
+// fitted.
 constexpr double most_beyond_corners = 0.1;
 
 /// How far points between the corners of quads are from the model, of the roots of their areas.

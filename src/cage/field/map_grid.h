@@ -15,8 +15,8 @@
 namespace patchwright::cage {
 
 /// Points by a BlockMap, then moved so that quads get good shapes (shape_quads()), with even angles
-/// at corners of wide sectors (even_corner_rings()); at those of two quads more of them
-/// (divide_at_wide_corners()).
+/// at corners of wide sectors (even_corner_rings()); at wide corners of two quads their chords are
+/// halved (divide_at_wide_corners()).
 /// @param divisions   such that least_apart() is empty, without insertions
 /// @param face_names  one a face of the model: groups of the quads
 /// @param allowed_mm  how far the limit surface may go beyond corners of two quads
