@@ -4,6 +4,7 @@
 #include <patchwright/geom/types.h>
 #include <patchwright/mesh/topology_input.h>
 
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +17,14 @@ struct Blocks {
     std::vector<std::string> groups;      ///< one a face
     std::vector<std::pair<int, int>> creases;
     std::vector<int> corners;
+};
+
+/// The feature that an edge is on, by the edge's ends, the smaller number first.
+using EdgeCurves = std::map<std::pair<int, int>, int>;
+
+struct BlocksOnCurves {
+    Blocks blocks;
+    EdgeCurves curves;
 };
 
 /// Adds the faces, creases and corners after what is there; groups are left to the caller.

@@ -7,6 +7,7 @@
 #include "cage/remesh/quads.h"
 #include "cage/remesh/remesh.h"
 #include "cage/sections/recognise.h"
+#include "cage/symmetry/half_surface.h"
 
 #include <patchwright/base/error.h>
 #include <patchwright/cage/make_cage.h>
@@ -16,6 +17,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <optional>
 
 namespace patchwright::cage {
@@ -144,52 +146,110 @@ std::optional<int> extraordinary_vertices(BodyBlocks& made) {
     }
 }
 
-/// Blocks of a body that is not recognised, into `part` where there are any: those with fewer
-/// extraordinary vertices.
-/// @param text           what came of it, for the user
-/// @param faces_refused  set where it has none along its faces
-LaidOut lay_out_blocks(const SurfaceBody& body, const BlockBorders& borders,
-                       const CageSource& source, const CageOptions& options, double scale,
-                       std::optional<Blocks>& part, std::string& text, bool& faces_refused) {
-    if (!source.reference.has_cad_faces()) {
-        text += ", no blocks (triangles have no faces to lay blocks along)";
-        return LaidOut::Not;
+/// Lays blocks on bodies that are not recognised.
+class BodyLayouts {
+  public:
+    BodyLayouts(const geom::SurfaceMesh& mesh, const std::vector<SurfaceBody>& bodies,
+                const CageSource& source, const CageOptions& options)
+        : mesh_(mesh),
+          bodies_(bodies),
+          source_(source),
+          options_(options),
+          halves_(bodies.size()) {}
+
+    /// Blocks of a body, into `part` where there are any: those with fewer extraordinary vertices.
+    /// @param text           what came of it, for the user
+    /// @param faces_refused  set where it has none along its faces
+    LaidOut lay_out(std::size_t number, double scale, std::optional<Blocks>& part,
+                    std::string& text, bool& faces_refused) {
+        if (!source_.reference.has_cad_faces()) {
+            text += ", no blocks (triangles have no faces to lay blocks along)";
+            return LaidOut::Not;
+        }
+        if (mesh_.faces_without > 0) {
+            text += ", no blocks (faces could not be triangulated)";
+            return LaidOut::Not;
+        }
+        if (!halves_[number]) halves_[number] = half_of(bodies_[number]);
+        if (const Half& half = *halves_[number]; half.surface) {
+            text += ", its own mirror image";
+            const BlockSource from{half.body, *half.surface, source_.names, half.surface.get()};
+            const LaidOut way = lay_out(from, half.borders, scale, part, text, faces_refused);
+            if (way != LaidOut::Not) return way;
+            text += ", as a whole";
+            faces_refused = false;
+        }
+        if (!borders_) borders_ = block_borders_of(mesh_, source_, options_);
+        return lay_out({bodies_[number], source_.reference, source_.names}, *borders_, scale, part,
+                       text, faces_refused);
     }
-    if (body.mesh->faces_without > 0) {
-        text += ", no blocks (faces could not be triangulated)";
-        return LaidOut::Not;
+
+  private:
+    /// Of a body that is its own mirror image; else without a surface.
+    struct Half {
+        std::unique_ptr<HalfSurface> surface;
+        SurfaceBody body;
+        BlockBorders borders;
+    };
+
+    LaidOut lay_out(const BlockSource& from, const BlockBorders& borders, double scale,
+                    std::optional<Blocks>& part, std::string& text, bool& faces_refused) {
+        std::optional<int> by_field, along_faces;  // their extraordinary vertices
+        BodyBlocks of_field, of_faces;
+        if (options_.blocks != BlockWay::Faces) {
+            of_field = field_blocks(from, borders.of_field, options_, source_.poll, scale);
+            by_field = extraordinary_vertices(of_field);
+            if (!by_field)
+                text += fmt::format(", no blocks by a cross field ({})", of_field.refused);
+        }
+        if (options_.blocks != BlockWay::Field) {
+            of_faces = face_blocks(from, borders.of_faces, options_, source_.poll, scale);
+            along_faces = extraordinary_vertices(of_faces);
+            if (!along_faces)
+                text += fmt::format(", no blocks along its faces ({})", of_faces.refused);
+            faces_refused = faces_refused || !along_faces;
+        }
+        const bool is_field = by_field && (!along_faces || *by_field < *along_faces);
+        if (!is_field && !along_faces) return LaidOut::Not;
+        BodyBlocks& taken = is_field ? of_field : of_faces;
+        text += is_field ? ", blocks by a cross field" : ", blocks along its faces";
+        if (taken.closed_strips > 0)
+            text += fmt::format(
+                " (faces that became lines, as they are narrower than {} of the "
+                "tolerance: {})",
+                closed_share, taken.closed_strips);
+        part = std::move(taken.blocks);
+        return is_field ? LaidOut::ByField : LaidOut::AlongFaces;
     }
-    const auto& [reference, names, poll] = source;
-    std::optional<int> by_field, along_faces;  // their extraordinary vertices
-    BodyBlocks of_field, of_faces;
-    if (options.blocks != BlockWay::Faces) {
-        of_field = field_blocks(body, borders.of_field, reference, names, options, poll, scale);
-        by_field = extraordinary_vertices(of_field);
-        if (!by_field) text += fmt::format(", no blocks by a cross field ({})", of_field.refused);
+
+    [[nodiscard]] Half half_of(const SurfaceBody& body) const {
+        Half half;
+        const auto plane = mirror_plane(
+            body, source_.reference,
+            mirrored_within * options_.tolerance_rel * source_.reference.size(), source_.poll);
+        if (plane) half.surface = HalfSurface::of(body, source_.reference, *plane, source_.poll);
+        if (!half.surface) return half;
+        half.body = half.surface->body();
+        half.borders = block_borders_of(*half.body.mesh,
+                                        {*half.surface, source_.names, source_.poll}, options_);
+        return half;
     }
-    if (options.blocks != BlockWay::Field) {
-        of_faces = face_blocks(body, borders.of_faces, reference, names, options, poll, scale);
-        along_faces = extraordinary_vertices(of_faces);
-        if (!along_faces) text += fmt::format(", no blocks along its faces ({})", of_faces.refused);
-        faces_refused = faces_refused || !along_faces;
-    }
-    const bool is_field = by_field && (!along_faces || *by_field < *along_faces);
-    if (!is_field && !along_faces) return LaidOut::Not;
-    BodyBlocks& taken = is_field ? of_field : of_faces;
-    text += is_field ? ", blocks by a cross field" : ", blocks along its faces";
-    if (taken.closed_strips > 0)
-        text += fmt::format(
-            " (faces that became lines, as they are narrower than {} of the "
-            "tolerance: {})",
-            closed_share, taken.closed_strips);
-    part = std::move(taken.blocks);
-    return is_field ? LaidOut::ByField : LaidOut::AlongFaces;
-}
+
+    // Of the tolerance: how near a body must be to its mirror image to be laid out by halves.
+    static constexpr double mirrored_within = 0.1;
+
+    const geom::SurfaceMesh& mesh_;
+    const std::vector<SurfaceBody>& bodies_;
+    const CageSource& source_;
+    const CageOptions& options_;
+    std::vector<std::optional<Half>> halves_;  ///< those that were looked for
+    std::optional<BlockBorders> borders_;      ///< of bodies that are laid out as a whole
+};
 
 Aligned aligned(const geom::SurfaceMesh& mesh, const CageSource& source,
                 const CageOptions& options) {
     const std::vector<SurfaceBody> bodies = bodies_of(mesh);
-    std::optional<BlockBorders> borders;
+    BodyLayouts layouts(mesh, bodies, source, options);
     const double tolerance_mm = options.tolerance_rel * source.reference.size();
     double fineness = options.fineness;
     for (int round = 0;; ++round) {
@@ -209,13 +269,8 @@ Aligned aligned(const geom::SurfaceMesh& mesh, const CageSource& source,
                 one.text += ", no blocks asked for";
                 result.remeshed = true;
             } else if (!result.remeshed) {
-                if (!borders) {
-                    borders.emplace();
-                    if (source.reference.has_cad_faces())
-                        borders = block_borders_of(mesh, source, options);
-                }
-                const LaidOut way = lay_out_blocks(body, *borders, source, options, scale,
-                                                   one.blocks, one.text, result.faces_refused);
+                const LaidOut way = layouts.lay_out(found.size(), scale, one.blocks, one.text,
+                                                    result.faces_refused);
                 if (way != LaidOut::Not) laid_out.push_back(found.size());
                 result.from_field = result.from_field || way == LaidOut::ByField;
                 result.from_faces = result.from_faces || way == LaidOut::AlongFaces;

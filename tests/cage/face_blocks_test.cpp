@@ -153,6 +153,28 @@ TEST_CASE("two rows of many holes are cut between neighbours", "[layout]") {
     CHECK(fitted_distance(made.cage, shape) < 1e-10);
 }
 
+TEST_CASE("a body that is its own mirror image gets such a cage, however it lies", "[layout]") {
+    const Eigen::Isometry3d placed = Eigen::Translation3d(300.0, -200.0, 50.0) *
+                                     Eigen::AngleAxisd(0.7, Vec3(1.0, -2.0, 0.5).normalized());
+    mesh::Cage plate = plate_with_holes(3, 1);
+    for (Eigen::Index i = 0; i < plate.points.rows(); ++i)
+        plate.points.row(i) = placed * Vec3(plate.points.row(i));
+    const auto made = cage::make_cage(shape_of(plate).reference, {.method = cage::Method::Aligned});
+    REQUIRE(made.layout.size() == 1);
+    INFO(made.layout[0]);
+    CHECK(made.layout[0].find("its own mirror image") != std::string::npos);
+    CHECK(made.layout[0].find("as a whole") == std::string::npos);
+    CHECK(made.cage.topology->is_closed());
+    // Across the middle of the plate, 70 mm long.
+    const Vec3 normal = placed.linear() * Vec3::UnitX(), middle = placed * Vec3(35.0, 0.0, 0.0);
+    const auto& points = made.cage.points;
+    for (Eigen::Index i = 0; i < points.rows(); ++i) {
+        const Vec3 p = points.row(i);
+        const Vec3 image = p - 2.0 * normal.dot(p - middle) * normal;
+        CHECK((points.rowwise() - image.transpose()).rowwise().norm().minCoeff() < 1e-6);
+    }
+}
+
 TEST_CASE("bodies that are nothing known are laid out along their faces beside known ones",
           "[layout]") {
     Cushion both;

@@ -20,8 +20,7 @@ namespace {
 using cage::Vec2;
 using geom::Vec3;
 
-cage::Poll poll;                            // never stops
-const std::vector<std::string> names(100);  // of the triangles that models are made of here
+cage::Poll poll;  // never stops
 
 std::size_t at(int i) { return std::size_t(i); }
 
@@ -164,7 +163,7 @@ TEST_CASE("pieces with three sides are cut into their blocks", "[field][oracle]"
     cage::part_at_insertions(prism.layout, divisions);
     const cage::SizeMetric metric_of_parts(prism.layout, prism.reference, sizes, poll);
     const cage::Blocks quads =
-        cage::map_grid(prism.layout, divisions, metric_of_parts, prism.reference, names, 1.0, poll);
+        cage::map_grid(prism.layout, divisions, metric_of_parts, prism.reference, poll).blocks;
     CHECK(quads.corners.size() == 6);
     // Far from folded, where lids have corners of 45 degrees.
     for (std::size_t f = 0; f < quads.faces.size(); ++f) CHECK(cage::least_sine(quads, f) > 0.2);
@@ -287,7 +286,7 @@ TEST_CASE("lines side by side become one", "[field][oracle]") {
     CHECK(cage::least_apart(plate.layout, divisions).empty());
     for (const int narrow : {1, 2, 5, 6}) CHECK(divisions.edges[at(narrow)] == 0);
     const cage::Blocks quads =
-        cage::map_grid(plate.layout, divisions, metric, plate.reference, names, 1.0, poll);
+        cage::map_grid(plate.layout, divisions, metric, plate.reference, poll).blocks;
     // Edges of 1.1 mm are wanted: nine by four or five.
     CHECK(quads.faces.size() >= 32);
     CHECK(quads.faces.size() <= 45);

@@ -6,13 +6,7 @@
 
 #include <patchwright/geom/model_surface.h>
 
-#include <map>
-#include <utility>
-
 namespace patchwright::cage {
-
-/// The feature that an edge is on, by the edge's ends, the smaller number first.
-using EdgeCurves = std::map<std::pair<int, int>, int>;
 
 /// Near such a corner the limit surface runs over the features: with d1 and d2 the edges on these,
 /// and e the edge between the two quads, points along e are near (e + k (d1 + d2) / 6) / 2^k after

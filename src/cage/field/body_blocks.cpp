@@ -3,6 +3,8 @@
 #include "cage/blocks/brep_layout.h"
 #include "cage/blocks/folded_quads.h"
 #include "cage/blocks/layout_mesh.h"
+#include "cage/blocks/layout_refused.h"
+#include "cage/blocks/wide_corners.h"
 #include "cage/field/cross_field.h"
 #include "cage/field/field_lines.h"
 #include "cage/field/field_topology.h"
@@ -11,6 +13,7 @@
 #include "cage/field/merge_singularities.h"
 #include "cage/field/size_metric.h"
 #include "cage/field/whole_blocks.h"
+#include "cage/symmetry/mirror_blocks.h"
 
 #include <patchwright/base/numbers.h>
 
@@ -57,12 +60,22 @@ double worst_sag(const Blocks& blocks, const geom::ModelSurface& reference, Poll
     return worst;
 }
 
+/// The whole that a half is of.
+const geom::ModelSurface& whole_of(const BlockSource& source) {
+    return source.half != nullptr ? source.half->whole() : source.reference;
+}
+
+/// As a share of the reference's size: a half is smaller than the whole.
+double tolerance_of(const BlockSource& source, const CageOptions& options) {
+    return options.tolerance_rel * whole_of(source).size() / source.reference.size();
+}
+
 /// @throw LayoutRefused
-QuadLayout field_layout(const SurfaceBody& body, const std::vector<char>& borders,
-                        double tolerance_rel, const geom::ModelSurface& reference, Poll& poll,
-                        int& closed_strips) {
+QuadLayout field_layout(const BlockSource& source, const std::vector<char>& borders,
+                        double tolerance_rel, Poll& poll, int& closed_strips) {
+    const geom::ModelSurface& reference = source.reference;
     geom::EditableMesh mesh =
-        layout_mesh(body, borders, tolerance_rel, reference, poll, closed_strips);
+        layout_mesh(source.body, borders, tolerance_rel, reference, poll, closed_strips);
     open_corners(mesh);
     const auto hints = curvature_hints(mesh, reference, poll);
     CrossField field = cross_field(mesh, hints, poll);
@@ -75,73 +88,75 @@ QuadLayout field_layout(const SurfaceBody& body, const std::vector<char>& border
 }
 
 /// @throw LayoutRefused
-QuadLayout face_layout(const SurfaceBody& body, const std::vector<char>& borders,
-                       double tolerance_rel, const geom::ModelSurface& reference, Poll& poll,
-                       int& closed_strips) {
+QuadLayout face_layout(const BlockSource& source, const std::vector<char>& borders,
+                       double tolerance_rel, Poll& poll, int& closed_strips) {
     geom::EditableMesh mesh =
-        layout_mesh(body, borders, tolerance_rel, reference, poll, closed_strips);
-    QuadLayout layout = brep_layout(mesh, reference, poll);
+        layout_mesh(source.body, borders, tolerance_rel, source.reference, poll, closed_strips);
+    QuadLayout layout = brep_layout(mesh, source.reference, poll);
     cut_shared_pieces(layout);
     return layout;
 }
 
 /// @throw LayoutRefused
-Blocks blocks_of(QuadLayout& layout, MetricSizes sizes, const geom::ModelSurface& reference,
-                 const std::vector<std::string>& face_names, Poll& poll) {
+Blocks blocks_of(QuadLayout& layout, MetricSizes sizes, const BlockSource& source, Poll& poll) {
+    const double tolerance_mm = sizes.tolerance_rel * source.reference.size();
     for (int round = 1;; ++round, sizes.scale *= finer) {
-        SizeMetric metric(layout, reference, sizes, poll);
-        set_wanted(layout, metric, reference, sizes, poll);
+        SizeMetric metric(layout, source.reference, sizes, poll);
+        set_wanted(layout, metric, source.reference, sizes, poll);
         try {
             Divisions divisions = divisions_apart(layout, poll);
             QuadLayout parted = layout;
             part_at_insertions(parted, divisions);
             if (parted.blocks.size() > layout.blocks.size())
-                metric = SizeMetric(parted, reference, sizes, poll);
-            return map_grid(parted, divisions, metric, reference, face_names,
-                            most_beyond_corners * sizes.tolerance_rel * reference.size(), poll);
+                metric = SizeMetric(parted, source.reference, sizes, poll);
+            BlocksOnCurves made = map_grid(parted, divisions, metric, source.reference, poll);
+            if (source.half != nullptr)
+                made = with_mirror_image(std::move(made), *source.half, closed_share * tolerance_mm,
+                                         poll);
+            divide_at_wide_corners(made.blocks, std::move(made.curves), whole_of(source),
+                                   most_beyond_corners * tolerance_mm, poll);
+            return checked(std::move(made.blocks), whole_of(source), source.face_names, poll);
         } catch (const LayoutRefused& refusal) {
             if (refusal.for_good || round == most_rounds_for_folds) throw;
         }
     }
 }
 
-MetricSizes sizes_of(const CageOptions& options, double scale) {
-    return {.tolerance_rel = options.tolerance_rel, .fineness = options.fineness, .scale = scale};
+MetricSizes sizes_of(const BlockSource& source, const CageOptions& options, double scale) {
+    return {.tolerance_rel = tolerance_of(source, options),
+            .fineness = options.fineness,
+            .scale = scale};
 }
 
 }  // namespace
 
-BodyBlocks field_blocks(const SurfaceBody& body, const std::vector<char>& borders,
-                        const geom::ModelSurface& reference,
-                        const std::vector<std::string>& face_names, const CageOptions& options,
-                        Poll& poll, double scale) {
+BodyBlocks field_blocks(const BlockSource& source, const std::vector<char>& borders,
+                        const CageOptions& options, Poll& poll, double scale) {
     BodyBlocks result;
     try {
-        QuadLayout layout = field_layout(body, borders, options.tolerance_rel, reference, poll,
+        QuadLayout layout = field_layout(source, borders, tolerance_of(source, options), poll,
                                          result.closed_strips);
-        result.blocks = blocks_of(layout, sizes_of(options, scale), reference, face_names, poll);
+        result.blocks = blocks_of(layout, sizes_of(source, options, scale), source, poll);
     } catch (const LayoutRefused& refusal) {
         result.refused = refusal.why;
     }
     return result;
 }
 
-BodyBlocks face_blocks(const SurfaceBody& body, const std::vector<char>& borders,
-                       const geom::ModelSurface& reference,
-                       const std::vector<std::string>& face_names, const CageOptions& options,
-                       Poll& poll, double scale) {
+BodyBlocks face_blocks(const BlockSource& source, const std::vector<char>& borders,
+                       const CageOptions& options, Poll& poll, double scale) {
     BodyBlocks result;
     try {
-        QuadLayout layout = face_layout(body, borders, options.tolerance_rel, reference, poll,
-                                        result.closed_strips);
-        MetricSizes sizes = sizes_of(options, scale);
-        result.blocks = blocks_of(layout, sizes, reference, face_names, poll);
+        QuadLayout layout =
+            face_layout(source, borders, tolerance_of(source, options), poll, result.closed_strips);
+        MetricSizes sizes = sizes_of(source, options, scale);
+        result.blocks = blocks_of(layout, sizes, source, poll);
         // What sticks out of the middle of a large block is seen by no line along it.
-        for (int round = 1;
-             round < most_rounds_for_sag && worst_sag(*result.blocks, reference, poll) >= most_sag;
+        for (int round = 1; round < most_rounds_for_sag &&
+                            worst_sag(*result.blocks, whole_of(source), poll) >= most_sag;
              ++round) {
             sizes.scale *= finer;
-            Blocks next = blocks_of(layout, sizes, reference, face_names, poll);
+            Blocks next = blocks_of(layout, sizes, source, poll);
             if (next.faces.size() > many_quads) break;
             result.blocks = std::move(next);
         }

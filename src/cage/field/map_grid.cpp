@@ -1,10 +1,8 @@
 #include "cage/field/map_grid.h"
 
 #include "cage/blocks/corner_rings.h"
-#include "cage/blocks/folded_quads.h"
 #include "cage/blocks/layout_refused.h"
 #include "cage/blocks/shape_quads.h"
-#include "cage/blocks/wide_corners.h"
 #include "cage/field/block_map.h"
 #include "cage/field/grid_vertices.h"
 
@@ -31,8 +29,7 @@ class MapGrid {
           map_(layout, divisions, metric, poll),
           vertices_(grid_vertices(layout, divisions)) {}
 
-    /// @param allowed_mm  see divide_at_wide_corners()
-    Blocks make(double allowed_mm) {
+    BlocksOnCurves make() {
         blocks_.points.resize(at(vertices_.count));
         freedom_.resize(at(vertices_.count));
         placed_.assign(at(vertices_.count), 0);
@@ -43,8 +40,7 @@ class MapGrid {
         const QuadsOnModel quads{blocks_.faces, freedom_, blocks_.creases, normals_};
         shape_quads(quads, blocks_.points, reference_, poll_);
         even_corner_rings(quads, blocks_.points, reference_, poll_);
-        divide_at_wide_corners(blocks_, std::move(curves_), reference_, allowed_mm, poll_);
-        return std::move(blocks_);
+        return {std::move(blocks_), std::move(curves_)};
     }
 
   private:
@@ -162,11 +158,9 @@ class MapGrid {
 
 }  // namespace
 
-Blocks map_grid(const QuadLayout& layout, const Divisions& divisions, const SizeMetric& metric,
-                const geom::ModelSurface& reference, const std::vector<std::string>& face_names,
-                double allowed_mm, Poll& poll) {
-    return checked(MapGrid(layout, divisions, metric, reference, poll).make(allowed_mm), reference,
-                   face_names, poll);
+BlocksOnCurves map_grid(const QuadLayout& layout, const Divisions& divisions,
+                        const SizeMetric& metric, const geom::ModelSurface& reference, Poll& poll) {
+    return MapGrid(layout, divisions, metric, reference, poll).make();
 }
 
 }  // namespace patchwright::cage

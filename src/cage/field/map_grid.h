@@ -9,21 +9,14 @@
 
 #include <patchwright/geom/model_surface.h>
 
-#include <string>
-#include <vector>
-
 namespace patchwright::cage {
 
 /// Points by a BlockMap, then moved so that quads get good shapes (shape_quads()), with even angles
-/// at corners of wide sectors (even_corner_rings()); at wide corners of two quads their chords are
-/// halved (divide_at_wide_corners()).
-/// @param divisions   such that least_apart() is empty, without insertions
-/// @param face_names  one a face of the model: groups of the quads
-/// @param allowed_mm  how far the limit surface may go beyond corners of two quads
+/// at corners of wide sectors (even_corner_rings()).
+/// @param divisions  such that least_apart() is empty, without insertions
 /// @pre every block is a whole piece
-/// @throw LayoutRefused when quads fold or share two edges
-Blocks map_grid(const QuadLayout& layout, const Divisions& divisions, const SizeMetric& metric,
-                const geom::ModelSurface& reference, const std::vector<std::string>& face_names,
-                double allowed_mm, Poll& poll);
+/// @throw LayoutRefused when quads share two edges
+BlocksOnCurves map_grid(const QuadLayout& layout, const Divisions& divisions,
+                        const SizeMetric& metric, const geom::ModelSurface& reference, Poll& poll);
 
 }  // namespace patchwright::cage
