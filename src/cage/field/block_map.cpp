@@ -300,6 +300,11 @@ class BlockMap::Solver {
         auto w = weights(t, p);
         double sum = 0.0;
         for (double& x : w) sum += x = std::clamp(std::isfinite(x) ? x : 1.0, 0.0, 1.0);
+        // A triangle whose area is rounding: all of it is at p.
+        if (sum == 0.0) {
+            w = {1.0, 0.0, 0.0};
+            sum = 1.0;
+        }
         const auto& c = piece(t.block).triangles()[at(t.number)];
         const auto& points = piece(t.block).points();
         const Vec3 &a = points[at(c[0])], &b = points[at(c[1])], &d = points[at(c[2])];
