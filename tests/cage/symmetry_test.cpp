@@ -1,8 +1,9 @@
 // Bodies that are their own mirror images: their planes, halves and mirrored blocks.
 #include "cage/symmetry/mirror_blocks.h"
 #include "field_shape.h"
+#include "support/triangle_shapes.h"
 
-#include <patchwright/base/error.h>
+#include <patchwright/base/numbers.h>
 #include <patchwright/mesh/cage.h>
 
 #include <catch2/catch.hpp>
@@ -183,6 +184,30 @@ TEST_CASE("a half answers for the other side with mirror images", "[layout]") {
     CHECK(half.point_on_curve(gable, 2.0 * ridge).arc_length == Approx(ridge));
     CHECK(half.nearest_on_curve(gable, {0.0, 20.0, 0.0}, geom::ArcRange{30.0, 50.0}).distance ==
           Approx(on.arc_length < 30.0 ? 10.0 : on.arc_length - 50.0).margin(1e-9));
+}
+
+TEST_CASE("nearest points of pieces of a closed section line are on these", "[layout][oracle]") {
+    const Body body(test::triangle_sphere(10.0, 24));
+    const auto half = cage::HalfSurface::of(body.body, body.reference, {Vec3::UnitX(), 0.0}, poll);
+    REQUIRE(half);
+    const auto& curves = half->features().curves;
+    for (int c = 0; c < int(curves.size()); ++c) {
+        if (!half->is_section(c)) continue;
+        const double length = curves[std::size_t(c)].length;
+        CHECK(curves[std::size_t(c)].closed);
+        const Vec3 query(1.0, 12.0, 3.0);
+        for (const auto& piece : {geom::ArcRange{0.1 * length, 0.3 * length},
+                                  geom::ArcRange{0.9 * length, 1.2 * length}}) {
+            const geom::FeaturePoint found = half->nearest_on_curve(c, query, piece);
+            double least = base::infinity;
+            for (int k = 0; k <= 1000; ++k) {
+                const double at = piece.from + k / 1000.0 * (piece.to - piece.from);
+                least = std::min(least, (half->point_on_curve(c, at).point - query).norm());
+            }
+            // Between samples the distance changes by their spacing at most.
+            CHECK(found.distance == Approx(least).margin((piece.to - piece.from) / 1000.0));
+        }
+    }
 }
 
 TEST_CASE("blocks and their mirror image are one closed cage with the whole's features",

@@ -282,19 +282,31 @@ FeaturePoint HalfSurface::nearest_on_curve(int curve, const Vec3& asked,
                    : p;
     }
     const Section& s = section(curve);
+    const double length = s.arc_lengths.back();
+    const geom::ArcRange piece = within.value_or(geom::ArcRange{0.0, length});
     Vec3 best = s.line.front();
     std::size_t step = 0;
     double least = base::infinity;
     for (std::size_t i = 0; i + 1 < s.line.size(); ++i) {
-        const Vec3 p = geom::nearest_on_segment(query, s.line[i], s.line[i + 1]).point;
-        if ((query - p).norm() >= least) continue;
-        least = (query - p).norm();
-        best = p;
-        step = i;
+        const Vec3 along = s.line[i + 1] - s.line[i];
+        const double size = s.arc_lengths[i + 1] - s.arc_lengths[i];
+        // A piece of a closed line may run across its start.
+        for (const double turn : {0.0, -length, length}) {
+            if (turn != 0.0 && !features_.curves[at(curve)].closed) break;
+            const double from = piece.from - turn - s.arc_lengths[i],
+                         to = piece.to - turn - s.arc_lengths[i];
+            if (from > size || to < 0.0) continue;
+            const Vec3 unit = size > 0.0 ? Vec3(along / size) : Vec3::Zero();
+            const Vec3 p = geom::nearest_on_segment(query, s.line[i] + std::max(from, 0.0) * unit,
+                                                    s.line[i] + std::min(to, size) * unit)
+                               .point;
+            if ((query - p).norm() >= least) continue;
+            least = (query - p).norm();
+            best = p;
+            step = i;
+        }
     }
     FeaturePoint result = on_section(curve, best, step);
-    if (within && (result.arc_length < within->from || result.arc_length > within->to))
-        result = point_on_curve(curve, std::clamp(result.arc_length, within->from, within->to));
     result.distance = (query - result.point).norm();
     return result;
 }
