@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <new>
 #include <utility>
 
@@ -21,26 +22,24 @@ namespace {
 /// Of the tolerance, for caps at extraordinary vertices and for what lies between the fit's
 /// samples; the rest is for the fit.
 constexpr double caps_share = 0.05;
-/// How far a fit grows: a made cage that is too coarse by more is better made anew.
+/// How far a fit grows (FitOptions): a made cage that is too coarse by more is better made anew.
 struct Growth {
-    int levels, vertices;
-    int idle_levels;    ///< that may leave more than the share of the distance before
-    double idle_share;  ///< of that distance
+    int levels = 12, vertices = 200000;
+    double idle_growth, idle_share = 1.0;
 };
 
-/// Levels and vertices of cages that were given, or recognised as wings and the like: as far as
-/// memory allows. Where a level of recognised ones gains nothing, another cage may serve better.
-constexpr Growth given_growth{12, 200000, 12, 1.0}, recognised_growth{12, 200000, 2, 1.0};
+/// Of made cages, between levels that gain something: all faces are split once.
+constexpr double made_idle_growth = 4.0;
+/// What such a level may leave of the distance where the cage has sizes that the shape asks for:
+/// splits of smooth regions leave a quarter and less.
+constexpr double most_left = 0.6;
+/// Vertices of blocks: some to begin with, and as many a face as if all were split twice. What they
+/// lack are single strips, and several levels of these are fewer vertices (decision 105).
+constexpr int first_vertices = 2000, vertices_a_face = 16;
 /// More vertices than this are not a few clean patches any more.
 constexpr int most_vertices = 40000;
-/// Blocks are coarse and refined in single strips: some vertices to begin with, and so many a face.
-constexpr int first_vertices = 2000, vertices_a_face = 12;
-/// Levels of blocks and of remeshed cages, whose faces have the size that the shape asks for: two
-/// are 16 times as many. Blocks that meet do so within them (48 random parts, wing and fuselage).
-constexpr int made_levels = 2;
-/// Of the distance that one of these levels may leave: splits of smooth regions leave a quarter and
-/// less.
-constexpr double most_left = 0.6;
+/// Remeshed cages' faces are all split.
+constexpr int remeshed_levels = 2;
 
 /// Of a remeshed cage's faces: where fewer are to be split, another cage with shorter edges around
 /// them has fewer faces than all of them split, which are four times as many.
@@ -55,16 +54,22 @@ bool has_sizes_of_shape(CageKind kind) {
 constexpr double sized_tangential_scale_rel = 0.3;
 
 Growth growth_of(CageKind kind, int faces) {
+    Growth growth{.idle_growth = made_idle_growth};
     switch (kind) {
-        case CageKind::Given: return given_growth;
-        case CageKind::Sections: return recognised_growth;
+        case CageKind::Given: growth.idle_growth = std::numeric_limits<double>::infinity(); break;
+        case CageKind::Sections: break;
         case CageKind::Field:
         case CageKind::Blocks:
-            return {made_levels, std::min(most_vertices, first_vertices + vertices_a_face * faces),
-                    1, most_left};
-        case CageKind::Remeshed: return {made_levels, most_vertices, 1, most_left};
+            growth.vertices = std::min(most_vertices, first_vertices + vertices_a_face * faces);
+            growth.idle_share = most_left;
+            break;
+        case CageKind::Remeshed:
+            growth.levels = remeshed_levels;
+            growth.vertices = most_vertices;
+            growth.idle_share = most_left;
+            break;
     }
-    return given_growth;
+    return growth;
 }
 
 std::optional<double> off_catmull_clark(const mesh::Cage& cage) {
@@ -127,7 +132,7 @@ void AttemptRunner::fit(Attempt& attempt) {
             attempt.kind == CageKind::Remeshed ? fit::RefinementScope::Global : options_.refinement,
         .max_levels = options_.max_levels.value_or(growth.levels),
         .max_vertices = growth.vertices,
-        .max_idle_levels = growth.idle_levels,
+        .max_idle_growth = growth.idle_growth,
         .idle_share = growth.idle_share,
         .preserve_parametrisation = attempt.plan.preserve_parametrisation,
         .symmetry = options_.symmetry,

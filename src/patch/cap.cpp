@@ -28,8 +28,17 @@ constexpr int fit_rounds = 2;
 constexpr double least_corner_sine = 0.1;
 constexpr double least_sector_rad = 0.05, widest_sector_rad = 0.95 * M_PI;
 
-/// Where tangent planes do not agree, knots go at least so deep to keep the kink small.
+/// Where tangent planes do not agree, or parameters turn over at a corner, knots go so deep if
+/// nothing less helps: kinks and folds are small there.
 constexpr int depth_of_kinks = 8;
+
+/// Where fits are looked at for parameters that turn over: closer to the vertex, where a sharp tip
+/// is rounded, and on the edges; corners, whose sharp edges may leave little of a turn, more
+/// closely, beside the knots as well.
+constexpr std::array shares_of_fits{0.0, 0.01, 0.03, 0.08, 0.16, 0.27, 0.4, 0.6, 0.8};
+constexpr std::array shares_of_corners{0.0,  0.01, 0.03, 0.06, 0.11, 0.17, 0.23,
+                                       0.29, 0.35, 0.41, 0.47, 0.5,  0.53, 0.59,
+                                       0.65, 0.71, 0.77, 0.83, 0.89, 0.95, 0.99};
 
 /// Knots 0, 0, 0, 1/2, 1/2, 1/2, 1, 1, 1: three from k on are the blossom's arguments of point k.
 Eigen::Vector3d half_triple(int k) {
@@ -272,7 +281,7 @@ void CapBuilder::fit_smoothly(const std::vector<Sector>& sectors, const CapSolve
                     targets.push_back(foot.place);
                 if (by_limit_normals) take_normals(normals, targets);
                 set_pieces(solver.fit(net, targets, weight), sectors, cap);
-                if (folds(cap, sectors) || surface_of(cap, sectors).turns_over()) {
+                if (folds(cap, sectors) || surface_of(cap, sectors).turns_over(shares_of_fits)) {
                     turned_over = true;
                     cap = smoothest;  // going on from its feet makes that worse
                     break;
@@ -368,10 +377,14 @@ Cap CapBuilder::build(const Fan& fan) {
             cap.report.distance_mm = distance(cap, sectors);
         }
         const bool last = depth >= max_cap_depth;
+        const auto is_even = [&] {
+            if (fan.kind != FanKind::Corner || !smooth) return cap.report.smooth;
+            return !surface_of(cap, outside).turns_over(shares_of_corners);
+        };
         if (options_.cap_depth) {
             if (depth >= *options_.cap_depth || last) return cap;
         } else if (last || (cap.report.distance_mm <= tolerance_mm_ &&
-                            (cap.report.smooth || depth >= depth_of_kinks))) {
+                            (depth >= depth_of_kinks || is_even()))) {
             return cap;
         }
     }

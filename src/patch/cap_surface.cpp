@@ -58,9 +58,7 @@ CapSurface::Tangent CapSurface::tangent(const Place& at) const {
     return result;
 }
 
-bool CapSurface::turns_over() const {
-    // Closer to the vertex, where a sharp tip is rounded, and on the edges.
-    constexpr std::array<double, 9> shares{0.0, 0.01, 0.03, 0.08, 0.16, 0.27, 0.4, 0.6, 0.8};
+bool CapSurface::turns_over(std::span<const double> shares) const {
     std::vector<Eigen::RowVector3d> normals;
     Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
     for (int face = 0; face < static_cast<int>(pieces_.size()); ++face) {

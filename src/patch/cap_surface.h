@@ -4,6 +4,7 @@
 #include "patch/cap_solver.h"
 #include "patch/piece.h"
 
+#include <span>
 #include <vector>
 
 namespace patchwright::patch {
@@ -30,7 +31,8 @@ class CapSurface {
 
     /// Whether its parameters turn over somewhere, as where neighbouring faces of a narrow fan
     /// overlap beside their edge.
-    [[nodiscard]] bool turns_over() const;
+    /// @param shares  of the cap's size, where to look along both edges of each face
+    [[nodiscard]] bool turns_over(std::span<const double> shares) const;
 
   private:
     struct Tangent {

@@ -56,10 +56,10 @@ class Wrinkled final : public geom::ReferenceSurface {
     }
 };
 
-mesh::Cage sheet() {
+mesh::Cage sheet(int columns = 5) {
     // With corners: without them a grid has no tangent plane there, and its largest error.
-    mesh::Cage cage = test::grid(5, 4, {.boundary_rule = mesh::BoundaryRule::EdgeAndCorner});
-    cage.points.col(0) = cage.points.col(0).array() * 0.38 - 0.95;
+    mesh::Cage cage = test::grid(columns, 4, {.boundary_rule = mesh::BoundaryRule::EdgeAndCorner});
+    cage.points.col(0) = cage.points.col(0).array() * (1.9 / columns) - 0.95;
     cage.points.col(1) = cage.points.col(1).array() * 0.45 - 0.9;
     return cage;
 }
@@ -172,17 +172,27 @@ TEST_CASE("all faces are split where the share asked for is to be, else the fit 
     CHECK(refined(0.11, fit::RefinementScope::Local));
 }
 
-TEST_CASE("levels that leave too much of the distance end the fit", "[fit]") {
+TEST_CASE("levels that leave too much of the distance for their faces end the fit", "[fit]") {
+    // Splits of all faces, and of the strips at a narrow step, which are fewer.
+    const bool all = GENERATE(true, false);
+    const mesh::Cage cage = sheet(all ? 5 : 16);
+    const Ridge step(0.1, all ? 12.0 : 40.0);
     fit::FitOptions options{
-        .tolerance_mm = 1e-3, .refinement = fit::RefinementScope::Global, .max_idle_levels = 1};
-    const auto met = fit::fit(sheet(), Ridge(), options);
+        .tolerance_mm = all ? 1e-3 : 5e-4,
+        .refinement = all ? fit::RefinementScope::Global : fit::RefinementScope::Local};
+    const auto met = fit::fit(cage, step, options);
     REQUIRE(met.within_tolerance);
     REQUIRE(met.levels.size() > 2);
     const double left = met.levels[1].largest() / met.levels[0].largest();
-    options.idle_share = 0.9 * left;
-    CHECK(fit::fit(sheet(), Ridge(), options).levels.size() == 2);
-    options.idle_share = std::min(1.0, 1.1 * left);
-    CHECK(fit::fit(sheet(), Ridge(), options).levels.size() > 2);
+    const double growth = double(met.levels[1].faces) / met.levels[0].faces;
+    CHECK(all == (growth == 4.0));
+    CHECK(growth > 1.5);
+    options.max_idle_growth = growth;
+    const double of_four_times = std::pow(left, std::log(4.0) / std::log(growth));
+    options.idle_share = 0.9 * of_four_times;
+    CHECK(fit::fit(cage, step, options).levels.size() == 2);
+    options.idle_share = std::min(1.0, 1.1 * of_four_times);
+    CHECK(fit::fit(cage, step, options).levels.size() > 2);
 }
 
 TEST_CASE("folds that finer faces do not open end the fit", "[fit][oracle]") {

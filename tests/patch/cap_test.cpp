@@ -60,6 +60,25 @@ double largest_kink(const patch::PatchSet& set) {
     return kink;
 }
 
+/// Least cosine between the normals of patches of one face each, over parameters up to `size`, and
+/// their mean.
+double least_turn(const patch::Extraction& extraction, double size) {
+    std::vector<Vec3> normals;
+    Vec3 sum = Vec3::Zero();
+    for (const auto& patch : extraction.patches.patches) {
+        for (double u = 0.05; u < 1.0; u += 0.1) {
+            for (double v = 0.05; v < 1.0; v += 0.1) {
+                const auto at = patch.surface.at(u * size, v * size);
+                normals.push_back(at.du.cross(at.dv).normalized());
+                sum += normals.back();
+            }
+        }
+    }
+    double least = 1.0;
+    for (const Vec3& normal : normals) least = std::min(least, normal.dot(sum.normalized()));
+    return least;
+}
+
 const patch::CapReport& cap_at(const patch::Extraction& extraction, int vertex) {
     for (const patch::CapReport& cap : extraction.caps) {
         if (cap.vertex == VertexId{vertex}) return cap;
@@ -175,19 +194,25 @@ TEST_CASE("corner caps do not fold where the surface stands upright on their edg
         const auto extraction = patch::extract(cage, {.covering = patch::Covering::Faces});
         CHECK(cap_at(extraction, 0).smooth);
         CHECK(largest_kink(extraction.patches) < rounding);
-        const double size = std::ldexp(1.0, 1 - cap_at(extraction, 0).depth);
-        std::vector<Vec3> normals;
-        for (const auto& patch : extraction.patches.patches) {
-            for (double u = 0.05; u < 1.0; u += 0.1) {
-                for (double v = 0.05; v < 1.0; v += 0.1) {
-                    const auto at = patch.surface.at(u * size, v * size);
-                    normals.push_back(at.du.cross(at.dv).normalized());
-                }
-            }
-        }
-        Vec3 sum = Vec3::Zero();
-        for (const Vec3& normal : normals) sum += normal;
-        for (const Vec3& normal : normals) CHECK(normal.dot(sum) > 0.0);
+        CHECK(least_turn(extraction, std::ldexp(1.0, 1 - cap_at(extraction, 0).depth)) > 0.0);
+    }
+}
+
+TEST_CASE("caps whose parameters turn over get deeper", "[patch][oracle]") {
+    // Four quads over 347 degrees around the root of a winglet, as fitted. The limit surface's
+    // parameters do not turn over.
+    mesh::TopologyInput tags;
+    tags.corners.push_back({0, mesh::infinite_sharpness});
+    const mesh::Cage cage = test::make_cage(
+        {Vec3(0, 0, 0), Vec3(-4.9, 0.64, 0.59), Vec3(-4.5, 3.61, 0.18), Vec3(0.42, 3.34, -0.52),
+         Vec3(0.96, 4.75, -0.72), Vec3(2.35, 0.62, -0.51), Vec3(1.63, -1.91, 0.1),
+         Vec3(0.06, -3.2, 0.55), Vec3(-5.24, -3.25, 1.24), Vec3(-4.17, -0.47, 0.66)},
+        {{0, 1, 2, 3}, {0, 3, 4, 5}, {0, 5, 6, 7}, {0, 7, 8, 9}}, tags);
+    for (const double tolerance : {0.5, 0.1, 0.02, 1e-3}) {
+        CAPTURE(tolerance);
+        const auto extraction =
+            patch::extract(cage, {.covering = patch::Covering::Faces, .tolerance_mm = tolerance});
+        CHECK(least_turn(extraction, 1.0) > 0.0);
     }
 }
 

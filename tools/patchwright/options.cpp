@@ -103,7 +103,7 @@ void add_refinement_options(CLI::App& command, FitArguments& options) {
     using fit::RefinementScope;
     command
         .add_option("--max-levels", options.max_levels,
-                    "refinements of the cage at most; by default 12, of made cages 2 to 12")
+                    "refinements of the cage at most; by default 12, of remeshed cages 2")
         ->check(number_in(0, 20));
     add_choice<RefinementScope>(
         command, "--refine", options.refinement,

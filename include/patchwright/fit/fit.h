@@ -7,6 +7,7 @@
 #include <patchwright/mesh/cage.h>
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -38,10 +39,12 @@ struct FitOptions {
     /// All faces are split only where at least this share of them is to be split: where fewer are,
     /// the fit ends. Raise it where a cage with smaller faces in these places can be made instead.
     double min_share_to_split_all = 0.0;
-    /// The fit ends after this many levels in a row that left more than `idle_share` of the
-    /// distance of the best one before, or opened no folds within the tolerance. Lower both where
-    /// another cage can be tried instead.
-    int max_idle_levels = 12;
+    /// The fit ends where the next level would have more than this many times the faces of the last
+    /// one that gained something. A level of four times the faces of that one gains where it leaves
+    /// less than `idle_share` of its distance, one of 4^k times where it leaves less than the k-th
+    /// power of that; within the tolerance, where it opens folds. Lower both where another cage can
+    /// be tried instead.
+    double max_idle_growth = std::numeric_limits<double>::infinity();
     double idle_share = 1.0;  ///< above 0, at most 1
     /// The parametrisation of the given cage is preserved by tangential regularisation, most of
     /// all in faces that are about to fold. Switch it off where the lines of the cage are not meant

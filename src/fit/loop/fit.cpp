@@ -29,7 +29,7 @@ void check(const FitOptions& o) {
     };
     require(o.tolerance_mm > 0.0, "the tolerance must be positive");
     require(o.max_levels >= 0, "max_levels must not be negative");
-    require(o.max_idle_levels >= 1, "max_idle_levels must be positive");
+    require(o.max_idle_growth >= 1.0, "max_idle_growth must be at least 1");
     require(o.idle_share > 0.0 && o.idle_share <= 1.0, "idle_share must be above 0, at most 1");
     require(o.min_share_to_split_all >= 0.0, "min_share_to_split_all must not be negative");
     require(o.solver.max_projections >= 0, "max_projections must not be negative");
@@ -132,6 +132,11 @@ bool is_stuck(const std::vector<FitLevel>& levels, double tolerance) {
            !is_less([](const FitLevel& l) { return l.rms_mm; }, max_mean_ratio);
 }
 
+/// Of a distance: what a level with so many times the faces may leave and still gain something.
+double share_left(double idle_share, double growth) {
+    return std::pow(idle_share, std::log(growth) / std::log(4.0));
+}
+
 /// Fits level after level to a reference that faces as the cage does.
 class LevelLoop {
   public:
@@ -188,7 +193,8 @@ class LevelLoop {
         retry_ = worse_ && figures.local;
         const double beyond = std::max(figures.largest(), options_.tolerance_mm);
         const bool opened = beyond == least_ && figures.folded < least_folded_;
-        idle_levels_ = opened || beyond < options_.idle_share * least_ ? 0 : idle_levels_ + 1;
+        const double share = share_left(options_.idle_share, figures.faces / gained_.faces);
+        if (opened || beyond < share * gained_.distance) gained_ = {beyond, double(figures.faces)};
         if (result_.levels.empty() || beyond < least_ || opened) {
             least_ = beyond;
             least_folded_ = figures.folded;
@@ -205,7 +211,6 @@ class LevelLoop {
     [[nodiscard]] bool may_go_on() const {
         const auto levels = static_cast<int>(result_.levels.size());
         return (!result_.within_tolerance || least_folded_ > 0) && levels <= options_.max_levels &&
-               (retry_ || idle_levels_ < options_.max_idle_levels) &&
                !is_stuck(result_.levels, options_.tolerance_mm);
     }
 
@@ -223,7 +228,8 @@ class LevelLoop {
             next = refine_where_needed(kept_->cage, kept_->error, {}, options_,
                                        RefinementScope::Global);
         }
-        if (!next) return false;
+        if (!next || next->cage.topology->face_count() > options_.max_idle_growth * gained_.faces)
+            return false;
         now_ = {.cage = std::move(next->cage),
                 .history = std::move(next->history),
                 .start = {.foot_reach = foot_reach_growth * kept_->figures.largest(),
@@ -243,7 +249,11 @@ class LevelLoop {
     bool worse_ = false, retry_ = false, last_resort_ = false;
     double least_ = std::numeric_limits<double>::infinity();  // at least the tolerance
     int least_folded_ = 0;
-    int idle_levels_ = 0;
+    struct Gained {
+        double distance = std::numeric_limits<double>::infinity();  // at least the tolerance
+        double faces = 1.0;
+    };
+    Gained gained_;  // the last level that gained something
     FitResult result_;
 };
 
