@@ -22,16 +22,16 @@ namespace {
 /// Of the tolerance, for caps at extraordinary vertices and for what lies between the fit's
 /// samples; the rest is for the fit.
 constexpr double caps_share = 0.05;
+/// Of made cages, between levels that gain something: all faces are split once.
+constexpr double made_idle_growth = 4.0;
 /// How far a fit grows (FitOptions): a made cage that is too coarse by more is better made anew.
 struct Growth {
     int levels = 12, vertices = 200000;
-    double idle_growth, idle_share = 1.0;
+    double idle_growth = made_idle_growth, idle_share = 1.0;
 };
 
-/// Of made cages, between levels that gain something: all faces are split once.
-constexpr double made_idle_growth = 4.0;
-/// What such a level may leave of the distance where the cage has sizes that the shape asks for:
-/// splits of smooth regions leave a quarter and less.
+/// What a level of four times the faces may leave of the distance where the cage has sizes that the
+/// shape asks for: splits of smooth regions leave a quarter and less.
 constexpr double most_left = 0.6;
 /// Vertices of blocks: some to begin with, and as many a face as if all were split twice. What they
 /// lack are single strips, and several levels of these are fewer vertices (decision 105).
@@ -54,7 +54,7 @@ bool has_sizes_of_shape(CageKind kind) {
 constexpr double sized_tangential_scale_rel = 0.3;
 
 Growth growth_of(CageKind kind, int faces) {
-    Growth growth{.idle_growth = made_idle_growth};
+    Growth growth;
     switch (kind) {
         case CageKind::Given: growth.idle_growth = std::numeric_limits<double>::infinity(); break;
         case CageKind::Sections: break;

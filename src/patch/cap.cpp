@@ -33,7 +33,7 @@ constexpr double least_sector_rad = 0.05, widest_sector_rad = 0.95 * M_PI;
 constexpr int depth_of_kinks = 8;
 
 /// Where fits are looked at for parameters that turn over: closer to the vertex, where a sharp tip
-/// is rounded, and on the edges; corners, whose sharp edges may leave little of a turn, more
+/// is rounded, and on the edges; corners, whose few faces may span nearly a whole turn, more
 /// closely, beside the knots as well.
 constexpr std::array shares_of_fits{0.0, 0.01, 0.03, 0.08, 0.16, 0.27, 0.4, 0.6, 0.8};
 constexpr std::array shares_of_corners{0.0,  0.01, 0.03, 0.06, 0.11, 0.17, 0.23,
