@@ -207,7 +207,8 @@ TEST_CASE("folds that finer faces do not open end the fit", "[fit][oracle]") {
 TEST_CASE("strips get as narrow as what their samples do not see", "[fit]") {
     // A groove along one side of a face 0.38 wide, which lies between its samples.
     const mesh::Cage cage = sheet();
-    const auto refined = [&](double seen) {
+    const auto refined = [&](double seen,
+                             double most_faces = std::numeric_limits<double>::infinity()) {
         fit::LevelError error;
         error.faces.resize(std::size_t(cage.topology->face_count()));
         fit::FaceError& face = error.faces[6];
@@ -215,7 +216,7 @@ TEST_CASE("strips get as narrow as what their samples do not see", "[fit]") {
         face.beyond = {Eigen::Vector2d(0.01, 0.0), Eigen::Vector2d(0.05, 1.0)};
         face.beyond_count = 20;
         return fit::refine_where_needed(cage, error, {}, {.tolerance_mm = 0.005},
-                                        fit::RefinementScope::Local);
+                                        fit::RefinementScope::Local, most_faces);
     };
     const auto seen = refined(0.018), unseen = refined(0.001);
     REQUIRE(seen);
@@ -236,4 +237,9 @@ TEST_CASE("strips get as narrow as what their samples do not see", "[fit]") {
     CHECK(least(unseen->cage) < 0.08);
     CHECK(least(unseen->cage) > 0.02);
     CHECK(unseen->local);
+    // Where the cage may not grow so far they stay wider; the level is there all the same.
+    const auto bounded = refined(0.001, unseen->cage.topology->face_count() - 1);
+    REQUIRE(bounded);
+    CHECK(bounded->cage.topology->face_count() == seen->cage.topology->face_count());
+    CHECK_FALSE(refined(0.001, seen->cage.topology->face_count() - 1));
 }

@@ -217,19 +217,20 @@ class LevelLoop {
     /// Prepares the next level; false where there is none.
     bool refine() {
         if (!may_go_on()) return false;
+        const double most_faces = options_.max_idle_growth * gained_.faces;
         std::optional<NextLevel> next;
         if (retry_ || !worse_) {
             next = refine_where_needed(kept_->cage, kept_->error, kept_->history, options_,
-                                       retry_ ? RefinementScope::Global : options_.refinement);
+                                       retry_ ? RefinementScope::Global : options_.refinement,
+                                       most_faces);
         }
         // Before giving up, faces that gained nothing from single cuts are cut in both directions.
         if (!next && kept_->figures.local && !last_resort_) {
             last_resort_ = true;
             next = refine_where_needed(kept_->cage, kept_->error, {}, options_,
-                                       RefinementScope::Global);
+                                       RefinementScope::Global, most_faces);
         }
-        if (!next || next->cage.topology->face_count() > options_.max_idle_growth * gained_.faces)
-            return false;
+        if (!next) return false;
         now_ = {.cage = std::move(next->cage),
                 .history = std::move(next->history),
                 .start = {.foot_reach = foot_reach_growth * kept_->figures.largest(),

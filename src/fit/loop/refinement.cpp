@@ -231,10 +231,12 @@ std::vector<int> by_edge(const Topology& t, const std::vector<Halvings>& of_face
     return result;
 }
 
-/// Halves strips at unresolved features until they are about as wide as these.
+/// Halves strips at unresolved features until they are about as wide as these, or the cage would
+/// grow beyond its bounds.
 /// @param halvings  of the faces, brought up to date
 void split_at_unresolved(NextLevel& next, std::vector<Halvings>& halvings,
-                         std::vector<UnresolvedFeature> features, const FitOptions& options) {
+                         std::vector<UnresolvedFeature> features, const FitOptions& options,
+                         double most_faces) {
     for (;;) {
         const Topology& t = *next.cage.topology;
         const mesh::Chords chords = mesh::find_chords(t);
@@ -253,7 +255,9 @@ void split_at_unresolved(NextLevel& next, std::vector<Halvings>& halvings,
         }
         if (!any) return;
         const mesh::ChordSplit fine = split_chords(t, chords, chosen);
-        if (fine.topology->vertex_count() > options.max_vertices) return;
+        if (fine.topology->vertex_count() > options.max_vertices ||
+            fine.topology->face_count() > most_faces)
+            return;
         std::vector<FaceHistory> history;
         for (const FaceId parent : fine.parents) history.push_back(next.history[parent.index()]);
         halvings = after_split(fine, halvings);
@@ -267,8 +271,8 @@ void split_at_unresolved(NextLevel& next, std::vector<Halvings>& halvings,
 
 std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const LevelError& error,
                                              std::vector<FaceHistory> history,
-                                             const FitOptions& options,
-                                             RefinementScope refinement) {
+                                             const FitOptions& options, RefinementScope refinement,
+                                             double most_faces) {
     const Topology& t = *cage.topology;
     history.resize(error.faces.size());
     std::vector<int> cuts(error.faces.size(), 0);
@@ -295,21 +299,23 @@ std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const Level
                                          [&](int c) { return chosen[std::size_t(c)] != 0; });
         if (double(edges) < max_local_share * t.edge_count()) {
             const mesh::ChordSplit fine = split_chords(t, chords, chosen);
-            if (fine.topology->vertex_count() > options.max_vertices) return std::nullopt;
+            if (fine.topology->vertex_count() > options.max_vertices ||
+                fine.topology->face_count() > most_faces)
+                return std::nullopt;
             NextLevel next{.cage = split_strips(cage, fine, options.progress),
                            .history = inherit(fine.parents, fine.cuts, error, history),
                            .local = true};
             std::vector<UnresolvedFeature> features = unresolved_features(cage, error);
             pass_on(features, fine);
             auto halvings = after_split(fine, std::vector<Halvings>(cuts.size(), {0, 0}));
-            split_at_unresolved(next, halvings, std::move(features), options);
+            split_at_unresolved(next, halvings, std::move(features), options, most_faces);
             grade_spacing(next.cage, by_edge(*next.cage.topology, halvings), error.at_turns);
             return_to(next.cage, cage, options);
             return next;
         }
     }
     if (wanting < options.min_share_to_split_all * double(cuts.size()) ||
-        4 * t.vertex_count() > options.max_vertices)
+        4 * t.vertex_count() > options.max_vertices || 4.0 * t.face_count() > most_faces)
         return std::nullopt;
     return refine_everywhere(cage, error, history);
 }
