@@ -42,8 +42,8 @@ struct FitOptions {
     /// The fit ends where the next level would have more than this many times the faces of the last
     /// one that gained something. A level of four times the faces of that one gains where it leaves
     /// less than `idle_share` of its distance, one of 4^k times where it leaves less than the k-th
-    /// power of that; within the tolerance, where it opens folds. Lower both where another cage can
-    /// be tried instead.
+    /// power of that; within the tolerance, where it opens folds. Strips at features narrower than
+    /// faces are halved no further than that. Lower both where another cage can be tried instead.
     double max_idle_growth = std::numeric_limits<double>::infinity();
     double idle_share = 1.0;  ///< above 0, at most 1
     /// The parametrisation of the given cage is preserved by tangential regularisation, most of

@@ -231,6 +231,10 @@ std::vector<int> by_edge(const Topology& t, const std::vector<Halvings>& of_face
     return result;
 }
 
+bool is_too_large(const Topology& t, const FitOptions& options, double most_faces) {
+    return t.vertex_count() > options.max_vertices || t.face_count() > most_faces;
+}
+
 /// Halves strips at unresolved features until they are about as wide as these, or the cage would
 /// grow beyond its bounds.
 /// @param halvings  of the faces, brought up to date
@@ -255,9 +259,7 @@ void split_at_unresolved(NextLevel& next, std::vector<Halvings>& halvings,
         }
         if (!any) return;
         const mesh::ChordSplit fine = split_chords(t, chords, chosen);
-        if (fine.topology->vertex_count() > options.max_vertices ||
-            fine.topology->face_count() > most_faces)
-            return;
+        if (is_too_large(*fine.topology, options, most_faces)) return;
         std::vector<FaceHistory> history;
         for (const FaceId parent : fine.parents) history.push_back(next.history[parent.index()]);
         halvings = after_split(fine, halvings);
@@ -299,9 +301,7 @@ std::optional<NextLevel> refine_where_needed(const mesh::Cage& cage, const Level
                                          [&](int c) { return chosen[std::size_t(c)] != 0; });
         if (double(edges) < max_local_share * t.edge_count()) {
             const mesh::ChordSplit fine = split_chords(t, chords, chosen);
-            if (fine.topology->vertex_count() > options.max_vertices ||
-                fine.topology->face_count() > most_faces)
-                return std::nullopt;
+            if (is_too_large(*fine.topology, options, most_faces)) return std::nullopt;
             NextLevel next{.cage = split_strips(cage, fine, options.progress),
                            .history = inherit(fine.parents, fine.cuts, error, history),
                            .local = true};
